@@ -42,7 +42,7 @@ MEASURE = """*Measure*, in a worker  `simulate/ensemble.py`
 `run_block` on blocks of paths (T3):
   `Brownian` noise drives the `SchemeTracks` of all schemes
   the `Observer` of each measure fills its `Tally`"""
-JUDGE = """*Judge*  `study/problem_run.py`, `study/judging.py`
+JUDGE = """*Judge*, in a worker  `study/problem_run.py`, `study/judging.py`
 `ProblemRun.absorb` merges blocks into `CellEvidence`;
 `judge_cell`: `Measure.judge`, then the rules;
 `CellRun` keeps the `CellResult` of its last look"""

@@ -3,7 +3,7 @@
     python reports/ablate.py [NAME ...]
 
 Writes `reports/guards/guards.csv`: a row a guard, with the verdicts of its cell in `tests/guard_cells.py` with all
-guards and without this one. Ends with 1 if a guard changes nothing there.
+guards and without this one. Ends with 1 if a guard changes nothing there, with 2 if a name is unknown.
 """
 
 import csv
@@ -64,6 +64,10 @@ def _pairs(text: str) -> Iterator[tuple[str, int]]:
 
 def main(names: list[str]) -> int:
     """Write the table of some guards, or of all."""
+    known = [guard.name for guard in GUARDS]
+    if unknown := [name for name in names if name not in known]:
+        print(f"unknown guard {', '.join(unknown)} (known: {', '.join(known)})", file=sys.stderr)
+        return 2
     warnings.simplefilter("ignore")
     rows = []
     for guard in GUARDS:

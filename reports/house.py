@@ -4,6 +4,7 @@ python reports/house.py
 """
 
 import ast
+import os
 import re
 import sys
 from collections import defaultdict
@@ -15,7 +16,6 @@ import sdaeverify.commands
 import sdaeverify.errors
 import sdaeverify.measuring
 import sdaeverify.numerics
-import sdaeverify.path_errors
 import sdaeverify.probing
 import sdaeverify.studying
 import sdaeverify.testing
@@ -30,7 +30,6 @@ ROOMS = (
     sdaeverify.errors,
     sdaeverify.measuring,
     sdaeverify.numerics,
-    sdaeverify.path_errors,
     sdaeverify.probing,
     sdaeverify.studying,
     sdaeverify.testing,
@@ -50,7 +49,7 @@ class Trace:
     def __call__(self, frame: FrameType, event: str, _: object) -> None:
         """Note a call."""
         code = frame.f_code
-        if event != "call" or not code.co_filename.startswith(str(CORE)):
+        if event != "call" or not code.co_filename.startswith(f"{CORE}{os.sep}"):
             return
         file = Path(code.co_filename).relative_to(CORE)
         self.files.add(str(file))

@@ -3,6 +3,9 @@
 `python reports/measure.py` runs all of them, `python reports/measure.py gate-ci selftest` those that are named. Each
 leaves its command, what it cost and what it counted in `measured.json`, which the site reads; the reference run and
 the calibration write their own folders as well.
+
+Seconds differ between machines, and on one machine between days. Each entry has therefore its unit of work as well,
+the CPU seconds of 10^8 standard normals, measured in this process before and after the command.
 """
 
 import json
@@ -19,10 +22,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
+import numpy as np
+
 import sdaeverify
 
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / "reports" / "measured.json"
+# The unit of work: this number of standard normals, drawn in parts that fit the cache of a processor.
+NORMALS, PART = 10**8, 10**5
 
 
 def cost_alone(folder: Path, said: str) -> dict[str, object]:
@@ -68,7 +75,7 @@ def measured(run: Run) -> dict[str, object]:
     """Run a command and return what is kept of it; what it prints and its exit code are this program's, too."""
     with TemporaryDirectory() as out:
         words = shlex.split(run.command.replace("{out}", out))
-        begun, cpu = time.monotonic(), spent()
+        before, begun, cpu = unit(), time.monotonic(), spent()
         ended = subprocess.run(
             [sys.executable, "-m", *words], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False
         )
@@ -78,11 +85,20 @@ def measured(run: Run) -> dict[str, object]:
             "command": f"python -m {run.command.replace(' --progress none', '').replace(' --out {out}', '')}",
             "exit_code": ended.returncode,
             **costs,
+            "unit_seconds": round(0.5 * (before + unit()), 2),
             "cores": len(os.sched_getaffinity(0)),
             "date": datetime.now(UTC).date().isoformat(),
             "version": sdaeverify.__version__,
             **run.keep(Path(out), ended.stdout),
         }
+
+
+def unit() -> float:
+    """Return the CPU seconds of the unit of work on one core."""
+    rng, normals, begun = np.random.Generator(np.random.Philox(0)), np.empty(PART), time.process_time()
+    for _ in range(NORMALS // PART):
+        rng.standard_normal(out=normals)
+    return time.process_time() - begun
 
 
 def spent() -> float:

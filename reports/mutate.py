@@ -3,8 +3,10 @@
     python reports/mutate.py [FILE ...]
 
 A mutant turns one comparison, `and` or `or`, a `not`, a sign or a constant of a module. It is killed if one of the
-tests in `TESTS` fails. Each is tried in a process of its own, which is forked from one that has loaded the libraries.
-Survivors are written into `reports/mutants/survivors.csv`, with the explanations that are there already.
+tests of its room in `TESTS` fails. Each is tried in a process of its own, forked from one that has loaded these tests
+and where the changed function gets the changed code. What no test notices there, and a changed constant of a module,
+are tried again in a process that loads the changed module anew. Survivors are written into
+`reports/mutants/survivors.csv`, with the explanations that are there already.
 """
 
 import ast
@@ -14,44 +16,49 @@ import importlib
 import importlib.abc
 import importlib.util
 import os
+import resource
 import signal
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from types import ModuleType
-from typing import NamedTuple
+from types import FunctionType, ModuleType
+from typing import Any, NamedTuple
 
 ROOT = Path(__file__).parents[1]
 TABLE = ROOT / "reports" / "mutants" / "survivors.csv"
 COLUMNS = ("file", "function", "mutant", "explanation")
-VERDICTS = ("coverage", "divergence", "fitted_levels", "opinions", "path_tests", "rules")
 FILES = (
-    *(f"sdaeverify/verdicts/{name}.py" for name in VERDICTS),
-    "sdaeverify/measures/strong/findings.py",
-    "sdaeverify/measures/path_errors/consistency.py",
-    "sdaeverify/gate/outcomes.py",
+    *(
+        f"sdaeverify/verdicts/{name}.py"
+        for name in ("coverage", "fitted_levels", "moments", "opinions", "path_tests", "rules")
+    ),
+    *(f"sdaeverify/measures/path_errors/{name}.py" for name in ("consistency", "errors", "order", "quantity")),
+    *(f"sdaeverify/measures/strong/{name}.py" for name in ("findings", "members")),
+    *(f"sdaeverify/probe/local/{name}.py" for name in ("consistency", "step_law")),
+    *(f"sdaeverify/gate/{name}.py" for name in ("lock", "outcomes")),
+    "sdaeverify/store/class_findings.py",
     "sdaeverify/study/agreement.py",
 )
-# In this order: most mutants are killed by the first ones, which take a second.
-TESTS = (
-    ("tests/verdicts/test_limits_of_rules.py",),
-    (
-        "tests/test_reason.py",
-        "tests/gate/test_outcomes.py",
-        "tests/measures/test_contradictions.py",
-        "tests/measures/test_coverage.py",
-        "tests/measures/test_guard.py",
-        "tests/measures/test_mean_order.py",
-        "tests/measures/test_order_resolution.py",
-        "tests/measures/test_strong.py",
-        "tests/study/test_agreement.py",
-        "tests/study/test_controlled.py",
-        "tests/study/test_families.py",
-        "tests/study/test_guards.py",
+# By room, in this order: most mutants are killed by the first ones, which take a second.
+TESTS = {
+    "gate": (["expected", "lock", "lock_sense", "outcomes", "own_lock", "policy"], ["reports", "untested"]),
+    "measures": (
+        ["path_errors", "strong"],
+        ["strong_findings", "verdicts/limits_of_rules"],
+        ["order_resolution", "probe/consistency"],
     ),
-)
-SECONDS = 120
+    "probe": (["step_law", "consistency", "delay_consistency"], ["conformance/step_law", "own_noise"]),
+    "store": (["class_findings"],),
+    "study": (["verdicts/limits_of_rules", "agreement"], ["controlled", "families", "guards", "cli/silent_inputs"]),
+    "verdicts": (
+        ["limits_of_rules", "deciding"],
+        ["gate/expected", "gate/outcomes", "measures/contradictions", "measures/coverage", "measures/guard"],
+        ["measures/mean_order", "measures/order_resolution", "measures/strong"],
+    ),
+}
+# Of processor time, so that a busy machine kills no mutant; and how many times as long it may wait.
+SECONDS, WAITS = 120, 20
 # pytest rewrites the assertions of packages that have a plugin of its own, and would load the modules as they are.
 OPTIONS = ("-x", "-q", "--assert=plain", "-p", "no:cacheprovider", "-p", "no:xdist")
 TURNED = {
@@ -139,24 +146,106 @@ class Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         exec(compile(self.mutant.tree, module.__file__, "exec"), module.__dict__)
 
 
-def is_killed(mutant: Mutant) -> bool:
-    """Return whether a test fails, or takes too long."""
-    return any(_fails(mutant, tests) for tests in TESTS)
+def survivors(file: str) -> Iterator[Mutant]:
+    """Yield the mutants of a file that no test of its room notices.
+
+    Raises
+    ------
+    SystemExit
+        If the tests fail on the file as it is, or pass on one that cannot be loaded.
+    """
+    room = file.split("/")[1]
+    groups = [[_test(room, name) for name in names] for names in TESTS[room]]
+    if any(_fails(Mutant(file, "", "", ast.parse((ROOT / file).read_text())), tests) for tests in groups):
+        sys.exit(f"the tests fail on {file} as it is")
+    if not _fails(Mutant(file, "", "", ast.parse("raise ImportError")), groups[0]):
+        sys.exit(f"the tests do not load {file} as it is changed")
+    left = [number for number, each in enumerate(mutants(file)) if not each.function]
+    left += _unnoticed(file, groups)
+    for number, mutant in enumerate(mutants(file)):
+        if number in left and not any(_fails(mutant, tests) for tests in groups):
+            yield mutant
 
 
-def _fails(mutant: Mutant, tests: Sequence[str]) -> bool:
+def _test(room: str, name: str) -> str:
+    """Return the file of a test, of this room or of the one that is named."""
+    folder, _, name = name.rpartition("/")
+    return f"tests/{folder or room}/test_{name}.py"
+
+
+def _unnoticed(file: str, groups: Sequence[Sequence[str]]) -> list[int]:
+    """Return the numbers of the mutants that tests do not notice which were loaded before the change."""
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        with suppress(BaseException):
+            os.close(reading)
+            with _silent():
+                sys.modules["pytest"].main(
+                    [*(test for tests in groups for test in tests), *OPTIONS, "--collect-only"]
+                )
+            for number, mutant in enumerate(mutants(file)):
+                if mutant.function and not any(_fails(mutant, tests, loaded=True) for tests in groups):
+                    os.write(writing, f"{number}\n".encode())
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as lines:
+        found = [int(line) for line in lines]
+    os.waitpid(child, 0)
+    return found
+
+
+def _fails(mutant: Mutant, tests: Sequence[str], *, loaded: bool = False) -> bool:
+    """Return whether a test fails, or takes too long; the module is changed in place if it is `loaded`."""
     child = os.fork()
     if child == 0:
         code = 1
         with suppress(BaseException):
-            signal.alarm(SECONDS)
-            sys.meta_path.insert(0, Finder(mutant))
-            null = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(null, 1)
-            os.dup2(null, 2)
-            code = int(sys.modules["pytest"].main([*tests, *OPTIONS]))
+            resource.setrlimit(resource.RLIMIT_CPU, (used := _seconds() + SECONDS, used))
+            signal.alarm(WAITS * SECONDS)
+            if loaded:
+                _change(mutant)
+            else:
+                sys.meta_path.insert(0, Finder(mutant))
+            with _silent():
+                code = int(sys.modules["pytest"].main([*tests, *OPTIONS]))
         os._exit(code)
     return os.waitpid(child, 0)[1] != 0
+
+
+def _seconds() -> int:
+    return int(sum(resource.getrusage(resource.RUSAGE_SELF)[:2])) + 1
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    null, known = os.open(os.devnull, os.O_WRONLY), [os.dup(1), os.dup(2)]
+    os.dup2(null, 1)
+    os.dup2(null, 2)
+    yield
+    for number, file in enumerate(known, 1):
+        os.dup2(file, number)
+
+
+def _change(mutant: Mutant) -> None:
+    """Give a function of a loaded module the code of the changed one."""
+    finder = Finder(mutant)
+    changed = ModuleType(finder.name)
+    changed.__package__ = sys.modules[finder.name].__package__
+    finder.exec_module(changed)
+    old, new = (_function(module, mutant.function) for module in (sys.modules[finder.name], changed))
+    old.__code__, old.__defaults__, old.__kwdefaults__ = new.__code__, new.__defaults__, new.__kwdefaults__
+
+
+def _function(module: ModuleType, name: str) -> FunctionType:
+    """Return a function of a module or of a class, without its decorators."""
+    found: Any = module
+    for part in name.split("."):
+        found = vars(found)[part]
+    for wrapping in ("fget", "func", "__func__", "__wrapped__"):
+        found = getattr(found, wrapping, None) or found
+    assert isinstance(found, FunctionType)
+    return found
 
 
 def main(files: Sequence[str]) -> int:
@@ -167,19 +256,14 @@ def main(files: Sequence[str]) -> int:
     known = list(csv.DictReader(TABLE.open(encoding="utf-8"))) if TABLE.is_file() else []
     said = {(row["file"], row["function"], row["mutant"]): row["explanation"] for row in known}
     kept = [row for row in known if row["file"] not in (files or FILES)]
-    count = 0
     for file in files or FILES:
-        if is_killed(Mutant(file, "", "", ast.parse((ROOT / file).read_text()))):
-            sys.exit(f"the tests fail on {file} as it is")
-        if not is_killed(Mutant(file, "", "", ast.parse("raise ImportError"))):
-            sys.exit(f"the tests do not load {file} as it is changed")
-        for mutant in mutants(file):
+        count = 0
+        for mutant in survivors(file):
             count += 1
-            if not is_killed(mutant):
-                place = mutant.file, mutant.function, mutant.change
-                print(*place, flush=True)
-                kept.append(dict(zip(COLUMNS, (*place, said.get(place, "")), strict=True)))
-    print(f"{count} mutants, {len(kept)} survivors")
+            place = file, mutant.function, mutant.change
+            print(*place, flush=True)
+            kept.append(dict(zip(COLUMNS, (*place, said.get(place, "")), strict=True)))
+        print(f"{file}: {sum(1 for _ in mutants(file))} mutants, {count} survivors", flush=True)
     TABLE.parent.mkdir(exist_ok=True)
     with TABLE.open("w", newline="", encoding="utf-8") as table:
         writer = csv.DictWriter(table, COLUMNS, lineterminator="\n")

@@ -18,10 +18,18 @@ _WHERE = {name.name: node.module for node in _STUB.body if isinstance(node, ast.
 __all__ = ["__version__", *_WHERE]  # noqa: PLE0604 - a list of texts
 
 
+# Functions of plugins, such as `orders`, which are found by the entry points of this group.
+_FUNCTIONS = "sdaeverify.functions"
+
+
 def __getattr__(name: str) -> object:
-    if name not in _WHERE:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_WHERE[name]}", __name__), name)
+    if name in _WHERE:
+        return getattr(import_module(f".{_WHERE[name]}", __name__), name)
+    discovery = import_module(".registry.discovery", __name__)
+    for entry in () if name.startswith("_") else discovery.enabled_entry_points(_FUNCTIONS):
+        if entry.name == name:
+            return entry.load()
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

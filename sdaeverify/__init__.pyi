@@ -51,12 +51,8 @@ from .noise.laws import (
     THREE_POINT as THREE_POINT,
     TWO_POINT as TWO_POINT,
     Law as Law,
-    clipped_gaussian as clipped_gaussian,
 )
-from .testing.hunting.hunt import hunt as hunt
 from .registry.hookspecs import hookimpl as hookimpl
-from .study.order_report import orders as orders
-from .study.modified_equations import modified_equations as modified_equations
 
 __version__: str
 __all__: list[str]

@@ -40,9 +40,8 @@ from .report.tables.datasets import dataset_of_levels
 from .report.tables.rows import Rows, classes_table, records, rows_of, tables_of
 from .report.tables.saved_tables import read_result
 from .store.store import Store
-from .study import CellResult, Event, Finished, Plan, Study, plan
-from .study.class_results import class_results
-from .study.class_rows import class_rows
+from .study import Advanced, CellResult, Plan, Study, plan
+from .study.class_tests import NO_TESTS, broken_tests, class_results, class_tests
 from .study.examination import Work
 from .study.trial import trial_of
 from .study.unseen import unseen
@@ -124,7 +123,7 @@ class Result(ForPapers):
         UsageError
             If the result has no such cell.
         """
-        keys = chain((row.key for row in self.rows.verdicts), map(key_of, self.rows.absent))
+        keys = chain((row.key for row in self.rows.every), map(key_of, self.rows.absent))
         if not any(key[:3] == (scheme, problem, measure) for key in keys):
             raise UsageError(f"the result has no cell of {scheme!r:.200} on {problem!r:.200}, {measure!r:.200}")
         return command_of({"scheme": scheme, "problem": problem, "measure": measure}, self.run)
@@ -143,11 +142,13 @@ class Result(ForPapers):
         Raises
         ------
         UsageError
-            If the result was loaded or pickled without them.
+            If the result was loaded or pickled without them, or no plugin tests claims about classes.
         """
         found = self._asked.rows.of_classes
+        if not found and not class_tests():
+            raise UsageError(NO_TESTS)
         if found is None:
-            raise UsageError("the result was saved without its classes; sdaeverify.orders computes them")
+            raise UsageError("the result was saved without its classes; sdaeverify_orders.orders computes them")
         return classes_table(found)
 
     @property
@@ -160,8 +161,7 @@ class Result(ForPapers):
         """The result with what is said of classes, if its schemes are there to be asked."""
         if self.rows.of_classes is not None or not self.results:
             return self
-        found = class_rows(self.results, seed=self.settings.seed)
-        results = (*self.results, *class_results(found, [result.cell for result in self.results]))
+        results = (*self.results, *class_results(self.results, seed=self.settings.seed))
         return _tabled(results, self.settings, self.run, with_classes=True)
 
     @property
@@ -327,7 +327,7 @@ def verify(
     if asked["out"] is not None and limits is None:
         openings()  # This process simulates for a store: evidence depends on files that plugins open.
     registry = load_registry(asked["plugins"])
-    for warning in registry.complaints:
+    for warning in (*registry.complaints, *(broken_tests() if asked["out"] is not None else ())):
         LOG.warning(warning)
     folder = None if asked["out"] is None else Path(asked["out"])
     if folder is not None:
@@ -347,9 +347,9 @@ def verify(
     return result
 
 
-def _log(event: Event) -> None:
-    if isinstance(event, Finished) and event.results:
-        LOG.info("%s is finished: %d cells", event.results[0].cell.spec.label, len(event.results))
+def _log(event: Advanced) -> None:
+    if event.results:
+        LOG.info("%s is finished: %d cells", event.problem, len(event.results))
 
 
 WITHOUT_OPTIONS: dict[str, Any] = {"jobs": 1, "plugins": ()} | dict.fromkeys(
@@ -427,8 +427,8 @@ def result_of(study: Study, registry: Registry, arguments: Sequence[str], beside
     examined = [(result, work.command) for work in beside for result in work.results]
     run["examined"] = {result.cell.measure.name: [*words] for result, words in examined}
     results += tuple(result for result, _ in examined)
-    results += tuple(class_results(study.class_rows or (), study.plan.cells))
-    return _tabled(results, study.settings, run, with_classes=study.class_rows is not None)
+    results += study.class_results or ()
+    return _tabled(results, study.settings, run, with_classes=study.class_results is not None)
 
 
 def _tabled(found: tuple[CellResult, ...], settings: Settings, run: dict[str, Any], *, with_classes: bool) -> Result:

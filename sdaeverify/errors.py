@@ -17,6 +17,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from traceback import format_exception, walk_tb
+from types import TracebackType
 
 
 class SdaeverifyError(Exception):
@@ -47,17 +48,8 @@ class MissingLibraryError(PluginError):
     """The library that a plugin is made for is not installed: the plugin is left out without being an error."""
 
 
-__all__ = [
-    "FAULTS",
-    "MissingLibraryError",
-    "ParameterError",
-    "PluginError",
-    "ProblemError",
-    "SchemeError",
-    "SdaeverifyError",
-    "UsageError",
-    "one_line",
-]
+# Public in addition to those of `sdaeverify`.
+__all__ = ["FAULTS", "MissingLibraryError", "PluginError", "one_line"]
 
 # Exceptions that a plugin may raise without ending the run, sys.exit() included; an interrupt by the user ends it.
 FAULTS = (Exception, SystemExit, GeneratorExit)
@@ -95,11 +87,25 @@ def one_line(error: BaseException) -> str:
 def with_traceback(error: BaseException) -> str:
     """Return `one_line` of an error, followed by its traceback and those of the errors from which it was raised.
 
+    The traceback begins where the framework calls a plugin, whose author need not know the calls before.
+
     Parameters
     ----------
     error : BaseException
     """
-    return f"{one_line(error)}\n{''.join(format_exception(error)).rstrip()}"
+    trace = format_exception(type(error), error, _from_plugin_on(error.__traceback__))
+    return f"{one_line(error)}\n{''.join(trace).rstrip()}"
+
+
+def _from_plugin_on(trace: TracebackType | None) -> TracebackType | None:
+    """Return a traceback without the frames before the first one of a plugin; whole if it has none."""
+    rest = trace
+    while rest is not None:
+        package = str(rest.tb_frame.f_globals.get("__name__", "")).partition(".")[0]
+        if package not in {FRAMEWORK, *sys.stdlib_module_names, *PASSED}:
+            return rest
+        rest = rest.tb_next
+    return trace
 
 
 def _text(error: BaseException) -> str:
@@ -142,11 +148,12 @@ def _line_of_plugin(error: BaseException) -> str:
     """Return the last line in the plugin that the framework called last; empty if it called none.
 
     Lines in other libraries that the plugin calls, or in the framework, are skipped because they do not help its
-    author.
+    author. A package that calls plugins of others, as tests of classes do, counts as framework if it has a true
+    `CALLS_PLUGINS`.
     """
     found = inside = ""
     for package, line in _lines(error):
-        if package == FRAMEWORK:
+        if package == FRAMEWORK or getattr(sys.modules.get(package), "CALLS_PLUGINS", False):
             inside = ""
         elif not inside or package == inside:
             found, inside = line, package

@@ -30,7 +30,7 @@ from paths are corrected for all tests of a run by their p-values, and need the 
 opinions from one step (`local_opinion`) are guarded by paths (`guard`).
 """
 
-from .contracts.claimed import Bound, Order, Word
+from .contracts.claimed import Bound, Order
 from .contracts.finding import Finding, Judgement, Kind, LevelFinding, Method, Opinion, Reason, Verdict
 from .contracts.measure import Evidence, Measure, Observer, Snapshot
 from .contracts.tally import Tally, packed, unpacked
@@ -73,7 +73,6 @@ __all__ = [
     "Snapshot",
     "Tally",
     "Verdict",
-    "Word",
     "coverage",
     "decide",
     "finding",

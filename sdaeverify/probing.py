@@ -22,64 +22,52 @@ Linear steps
     `moment_errors` propagates first and second moments to the final time if problem and step are linear, and
     `mean_square_distance` the distance to the solution if the noise is additive.
 Delays
-    `linear_delay_run` has the exact moments of a scheme that is linear on an equation with a delay; they determine
-    the mean of each observable that `is_quadratic`.
+    `LinearDelayRun` has the exact moments of a scheme that is linear on an equation with a delay; they determine
+    the mean of each observable that ``is_quadratic``.
 Stationary laws
     `invariant_errors` computes stationary means from the powers of a transition operator if the problem has a chart
-    of one or two coordinates; `error_floors` bounds their numerical error.
+    of one or two coordinates; its ``floors`` bound their numerical error.
 Forms
-    Query a problem for its capabilities, not for its class: ``view.capability(Multiplied)``. A `Mesh` gives the
-    position of a delay between the grid points of a step size.
+    Query a problem for its capabilities, not for its class: ``view.capability(Multiplied)``.
 Noise
-    `brownian_steps` draws the noise of a probe's own runs, the same at all step sizes, from its address, a `Source`.
+    `sdaeverify.studying.Brownian` draws the noise of a probe's own runs, the same at all step sizes, from the address
+    that a `Source` is.
 
 Each function whose name begins with ``why_`` returns the reason why something does not apply, or an empty text. A
 record of numbers that a probe returns becomes evidence by `sdaeverify.measuring.packed`. An opinion on it is made by
 ``sdaeverify.measuring.local_opinion`` if it decides, and by ``local_doubt`` if it does not.
 """
 
-from .forms import Mesh, Multiplied, StiffnessFamily
-from .noise.brownian import LevelNoise, Source, brownian_steps
+from .forms import Multiplied, StiffnessFamily
 from .probe.linear.equation import linear_equation, why_not_linear_equation
-from .probe.linear.moments import MomentErrors, moment_errors, why_not_moments
+from .probe.linear.moments import moment_errors, why_not_moments
 from .probe.linear.pair import mean_square_distance, why_not_linear_pair
 from .probe.local.orders import LocalOrders, last_orders
-from .probe.operator.functional_orders import error_floors, why_not_evidence
 from .probe.operator.transition import why_not_operator
-from .probe.operator.transition_errors import TransitionErrors, invariant_errors, invariant_observables
-from .probe.stability.delay_run import LinearDelayRun, is_quadratic, linear_delay_run
+from .probe.operator.transition_errors import invariant_errors, invariant_observables
+from .probe.stability.delay_run import LinearDelayRun
 from .probe.step.nodes import Nodes, step_nodes
 from .probe.step.one_step import OneStep, why_not_resolved
 from .probe.step.states import cloud, extreme_states
 from .probe.step.step_noise import StepNoise
 
 __all__ = [
-    "LevelNoise",
     "LinearDelayRun",
     "LocalOrders",
-    "Mesh",
-    "MomentErrors",
     "Multiplied",
     "Nodes",
     "OneStep",
-    "Source",
     "StepNoise",
     "StiffnessFamily",
-    "TransitionErrors",
-    "brownian_steps",
     "cloud",
-    "error_floors",
     "extreme_states",
     "invariant_errors",
     "invariant_observables",
-    "is_quadratic",
     "last_orders",
-    "linear_delay_run",
     "linear_equation",
     "mean_square_distance",
     "moment_errors",
     "step_nodes",
-    "why_not_evidence",
     "why_not_linear_equation",
     "why_not_linear_pair",
     "why_not_moments",

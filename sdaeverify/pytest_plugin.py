@@ -7,17 +7,10 @@ from collections import Counter
 
 import pytest
 
-KIT = "sdaeverify.testing"
 # Name of the test property that holds the part of the kit; xdist sends it to the main process.
 PROPERTY = "sdaeverify"
-# Name of the part of the kit, by the class of a test's parameter.
-PARTS = {
-    "Question": "checks",
-    "ClaimCheck": "claims",
-    "HuntCheck": "hunts",
-    "ExaminationCheck": "examinations",
-    "StepTiming": "timings",
-}
+# Attribute of the class of a test's parameter that names the part of the kit.
+PART = "sdaeverify_part"
 MARKERS = (
     "hunt: counterexamples of claims are looked for (sdaeverify)",
     "benchmark: steps of schemes are timed (sdaeverify, pytest-benchmark)",
@@ -37,7 +30,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         parameters = getattr(getattr(item, "callspec", None), "params", {}).values()
         kinds = (type(each) for each in parameters)
-        parts = [PARTS[kind.__name__] for kind in kinds if kind.__module__.startswith(KIT) and kind.__name__ in PARTS]
+        parts = [part for kind in kinds if isinstance(part := vars(kind).get(PART), str)]
         if parts:
             item.add_marker("sdaeverify")
             item.user_properties.append((PROPERTY, parts[0]))
@@ -45,15 +38,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Write one line for each part of the kit with the number of its tests by outcome."""
-    counts = {part: Counter[str]() for part in PARTS.values()}
+    counts = dict[str, Counter[str]]()
     for outcome in OUTCOMES:
         for report in terminalreporter.stats.get(outcome, ()):
             part = dict(getattr(report, "user_properties", ())).get(PROPERTY)
-            if part in counts:
-                counts[part][outcome] += 1
-    if any(map(Counter.total, counts.values())):
+            if isinstance(part, str):
+                counts.setdefault(part, Counter())[outcome] += 1
+    if counts:
         terminalreporter.write_sep("=", "sdaeverify")
-        for part, found in counts.items():
-            if found:
-                listed = ", ".join(f"{found[outcome]} {outcome}" for outcome in OUTCOMES if found[outcome])
-                terminalreporter.write_line(f"{part}: {listed}")
+        for part, found in sorted(counts.items()):
+            listed = ", ".join(f"{found[outcome]} {outcome}" for outcome in OUTCOMES if found[outcome])
+            terminalreporter.write_line(f"{part}: {listed}")

@@ -1,8 +1,10 @@
 """What all tests share: runs of pytest inside a test, compiled modules, and the rule of what is quick."""
 
+import gc
 import os
 import sys
 from collections import Counter
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -25,6 +27,8 @@ COSTLY += ("sdaeverify.registry.load", "subprocess")
 PROGRAMS = {"benchmarks", "cli", "report", "scaffold", "store", "testing"}
 SHIPPED = {"bridges", "calibration", "experiments", "planted", "problems", "schemes", "selftest", "statistical"}
 LEFT_OUT = PROGRAMS | SHIPPED
+# Of a sweep, a test that is marked so, every third case stays, and the others are long, or slow if it is long itself.
+SWEEP = 3
 # Of so many cases of a test, one is quick; in rooms of short arithmetic all are.
 CASES, WHOLE = 50, {"forms", "gate", "measures", "numerics"}
 
@@ -36,6 +40,17 @@ sys.dont_write_bytecode = False
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Look for no cycles among ten thousand tests, which stay to the end: not now, and not with each later search."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     """Read no folder that has nothing quick where only that is asked for."""
     return True if config.option.markexpr == "quick" and collection_path.name in LEFT_OUT else None
@@ -44,12 +59,26 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark as quick what neither samples nor starts programs: of a test with many cases the first, and some more."""
+    thin_sweeps(items)
     met: Counter[str] = Counter()
     for item in items:
         test = item.nodeid.partition("[")[0]
         if (met[test] % CASES == 0 or room(item) in WHOLE) and is_cheap(item):
             item.add_marker("quick")
         met[test] += 1
+
+
+def thin_sweeps(items: list[pytest.Item]) -> None:
+    """Give the cases of sweeps but for the first and every third one after it the marker of all others."""
+    met: Counter[str] = Counter()
+    for item in items:
+        sweep = item.get_closest_marker("sweep")
+        others = sweep.kwargs.get("others", "long") if sweep else ""
+        if sweep and not (item.get_closest_marker(others) or item.get_closest_marker("slow")):
+            test = item.nodeid.partition("[")[0]
+            if met[test] % SWEEP:
+                item.add_marker(others)
+            met[test] += 1
 
 
 def is_cheap(item: pytest.Item) -> bool:

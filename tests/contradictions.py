@@ -30,8 +30,11 @@ class EulerInStrip(Scheme):
         return Step(np.where((self.low < state[0]) & (state[0] < self.high), simple, better))
 
 
+@dataclass(frozen=True)
 class TooMuchNoise(Milstein):
-    """Milstein's scheme with .03 % more noise where that depends on the state: paths and their errors hide it."""
+    """Milstein's scheme with a little more noise where that depends on the state: paths and their errors hide it."""
+
+    excess: float = 1e-6
 
     name: ClassVar[str] = "too-much-noise"
     claims: ClassVar[tuple[Claim, ...]] = (ONE, WEAK_ONE)
@@ -39,7 +42,7 @@ class TooMuchNoise(Milstein):
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
         x = MILSTEIN.step(problem, state, t, h, noise).state
         B, elsewhere = (problem.diffusion(t, each) for each in (state, 2.0 * state + 1.0))
-        return Step(x + 3e-4 * apply(np.where(elsewhere == B, 0.0, B), noise.dW))
+        return Step(x + self.excess * apply(np.where(elsewhere == B, 0.0, B), noise.dW))
 
 
 class Clipped(EulerMaruyama):

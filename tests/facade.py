@@ -17,7 +17,7 @@ from sdaeverify.conformance.own_numbers import draws_own_numbers
 from sdaeverify.conformance.trial import Trial
 from sdaeverify.conformance.violation import LAW, departure
 from sdaeverify.conformance.violation import violation as _violation
-from sdaeverify.contracts.finding import Status
+from sdaeverify.contracts.finding import CONDITIONS, Status
 from sdaeverify.contracts.labels import (
     REQUIRED,
     Label,
@@ -30,18 +30,20 @@ from sdaeverify.contracts.labels import (
     split_list,
 )
 from sdaeverify.contracts.matching import match
-from sdaeverify.contracts.measure import Followed, rests_on_moments
+from sdaeverify.contracts.measure import followed_by, rests_on_moments
 from sdaeverify.contracts.opened import home_of, openings
 from sdaeverify.contracts.scheme import flatten, same_kind, with_claims
-from sdaeverify.contracts.settings import FIRST_BLOCK, SCREENING
 from sdaeverify.contracts.specs import ProblemSpec, check_problem_function, function_parameters, problem_spec
 from sdaeverify.contracts.spelling import did_you_mean
+from sdaeverify.contracts.stages import FIRST_BLOCK, SCREENING
 from sdaeverify.contracts.tally import largest
 from sdaeverify.errors import FAULTS, MissingLibraryError, one_line
-from sdaeverify.forms import Delayed, IndexOne, components, known_traits
+from sdaeverify.forms import Delayed, IndexOne, Mesh, components, known_traits
+from sdaeverify.forms.delay.partials import partials
+from sdaeverify.forms.delay.universal import IndexOneTrees
 from sdaeverify.forms.generic import GenericClass, Polynomial, draw_polynomial, draw_regular, monomials_of
 from sdaeverify.forms.sde.linear_growth import grows_linearly
-from sdaeverify.forms.tree_class import TIME_0, placements
+from sdaeverify.forms.trees.far_problems import TIME_0, placements
 from sdaeverify.forms.trivial import H
 from sdaeverify.gate.expected import FailingClaim
 from sdaeverify.gate.gate_plan import gate_plan
@@ -54,8 +56,19 @@ from sdaeverify.gate.github import (
     property_text,
     source_in,
 )
-from sdaeverify.gate.lock import Key, Locked, compare, found_claims, lock_text, read_lock, write_lock
-from sdaeverify.gate.outcomes import idle, outcomes
+from sdaeverify.gate.lock import (
+    Key,
+    Locked,
+    compare,
+    found_claims,
+    lock_text,
+    locked_tiers,
+    read_lock,
+    restrict,
+    undecided_claims,
+    write_lock,
+)
+from sdaeverify.gate.outcomes import idle, outcomes, why_never
 from sdaeverify.gate.policy import Policy, read_policy
 from sdaeverify.gate.tiers import TIERS, seed_of
 from sdaeverify.measures.drift import EDGES, Drift, ResidualObserver, _classify, log_spaced, quadrature, quantile
@@ -69,8 +82,10 @@ from sdaeverify.measures.invariant import (
 )
 from sdaeverify.measures.invariant.chain_order import BiasSample, exceeds
 from sdaeverify.measures.means import MeanObserver, means_of
-from sdaeverify.measures.path_errors.errors import ErrorObserver
-from sdaeverify.measures.path_errors.quantity import quantities_of
+from sdaeverify.measures.path_errors import order as path_order
+from sdaeverify.measures.path_errors.consistency import consistency_opinions, judge_departure, probe_consistency
+from sdaeverify.measures.path_errors.errors import ErrorObserver, tally_errors
+from sdaeverify.measures.path_errors.quantity import level_rows, quantities_of
 from sdaeverify.measures.resolution import (
     bound_limit_error,
     stationary_resolution,
@@ -80,12 +95,16 @@ from sdaeverify.measures.resolution import (
 )
 from sdaeverify.measures.stability import Stability
 from sdaeverify.measures.strong import Strong
-from sdaeverify.measures.strong.findings import FIRST, SECOND, WHOLE, judge_strong
+from sdaeverify.measures.strong import findings as strong_findings
+from sdaeverify.measures.strong.findings import FIRST, SECOND, WHOLE, judge_order, judge_strong
+from sdaeverify.measures.strong.members import member_findings, step_findings
 from sdaeverify.measures.weak import CHANGES_SIGN, ROUNDING, TOO_FEW, Weak, mean_order
 from sdaeverify.measures.weak.probe import judge_probe, judge_weak, probe_weak
 from sdaeverify.noise.areas import join_areas, known_part, outer, pairs
-from sdaeverify.noise.brownian import LONGEST, Brownian, fingerprint, refine
+from sdaeverify.noise.brownian import LONGEST, Brownian, fingerprint
+from sdaeverify.numerics.derivatives import jacobian_at_once
 from sdaeverify.numerics.digits import LAST_BITS, SAMPLED, keep_defined, significant
+from sdaeverify.numerics.linalg import all_finite, eliminated
 from sdaeverify.numerics.statistics import (
     EPS,
     chernoff_interval,
@@ -114,9 +133,11 @@ from sdaeverify.probe.linear.delay_step import (
     why_not_lasting_run,
     why_not_lasting_step,
 )
-from sdaeverify.probe.linear.equation import linear_equation
+from sdaeverify.probe.linear.equation import LinearEquation, linear_equation
 from sdaeverify.probe.linear.moments import (
+    MomentErrors,
     delay_moment_errors,
+    fit_quadratic,
     known_moments,
     moment_errors,
     moment_errors_at,
@@ -127,20 +148,42 @@ from sdaeverify.probe.linear.moments import (
 )
 from sdaeverify.probe.linear.second_moments import Operator, on_symmetric, smat, svec
 from sdaeverify.probe.linear.step_moments import StepMoments, step_moments
+from sdaeverify.probe.linear.strong_errors import strong_errors, weighted_flow, why_not_strong_errors
 from sdaeverify.probe.local.consistency import (
     DelayConsistency,
+    average_given_past,
     consistency,
+    consistency_at,
     consistency_order,
     delay_consistency,
+    why_not_delay_consistency,
 )
 from sdaeverify.probe.local.delay_links import keeps_constraint, remove_delay, why_not_algebraic
+from sdaeverify.probe.local.equation_rates import rates_at
 from sdaeverify.probe.local.far_noise import noise_departure
+from sdaeverify.probe.local.orders import last_orders
+from sdaeverify.probe.local.run_memory import Apart
 from sdaeverify.probe.local.smoothness import Roughness, Smoothness, rough_coefficient, smoothness
 from sdaeverify.probe.local.solved_instead import MISTAKES, SCALINGS, STRENGTHS, solved_instead
-from sdaeverify.probe.local.step_law import LawResolution, law_departure, step_law
+from sdaeverify.probe.local.step_law import (
+    LawResolution,
+    compare_at,
+    law_departure,
+    law_resolution,
+    short_steps,
+    state_words,
+    step_law,
+    step_laws,
+)
 from sdaeverify.probe.local.strong_defects import LEVELS as strong_defects_LEVELS
 from sdaeverify.probe.local.strong_defects import LocalStrong, local_strong, why_not_local_order
-from sdaeverify.probe.local.strong_order import ACCURACY, StrongOrder, strong_orders
+from sdaeverify.probe.local.strong_order import (
+    ACCURACY,
+    StrongOrder,
+    converges_later,
+    strong_orders,
+    with_consistency,
+)
 from sdaeverify.probe.local.weak_defects import LEVELS as weak_defects_LEVELS
 from sdaeverify.probe.local.weak_defects import (
     SemigroupReference,
@@ -150,6 +193,7 @@ from sdaeverify.probe.local.weak_defects import (
     why_not_local_weak,
 )
 from sdaeverify.probe.local.weak_order import LocalWeak, WeakOrder, weak_order
+from sdaeverify.probe.mistakes.used_noise import FUNCTIONS
 from sdaeverify.probe.operator.basis import chart_basis
 from sdaeverify.probe.operator.functional_orders import (
     FunctionalOrder,
@@ -163,6 +207,7 @@ from sdaeverify.probe.operator.functional_orders import (
 from sdaeverify.probe.operator.transition import stationary, transition
 from sdaeverify.probe.operator.transition_errors import (
     Densities,
+    TransitionErrors,
     chart_observables,
     stationary_densities,
     weak_errors,
@@ -205,16 +250,18 @@ from sdaeverify.probe.step.nodes import (
     orthogonal_rule,
     tensor_rule,
 )
-from sdaeverify.probe.step.one_step import TRUNCATED
+from sdaeverify.probe.step.one_step import TRUNCATED, why_not_resolved
 from sdaeverify.probe.step.states import A_STRATUM, MOST_STEPS, SCATTERED, SIZE, SIZES, follows_coefficients
 from sdaeverify.probe.step.states import STRATA as states_STRATA
 from sdaeverify.probe.step.times import DIFFERENT, odd_step, strata, times
 from sdaeverify.probe.step.together import PathBatch, together
+from sdaeverify.registry import sources
 from sdaeverify.registry.contributions import MEASURES, PROBLEMS, SCHEMES, Registered, collect, known_hooks
 from sdaeverify.registry.discovery import Origin, load_file
 from sdaeverify.registry.load import PluginRow, Registry, load_registry
 from sdaeverify.registry.selection import select_measures, select_problems, select_schemes
 from sdaeverify.report.cells import names
+from sdaeverify.report.class_words import equation_lines
 from sdaeverify.report.files import FORMULA, UNFINISHED, harmless, write_table, write_whole
 from sdaeverify.report.folders import LEVELS as folders_LEVELS
 from sdaeverify.report.folders import RUN, SavedTables, read_tables, read_verdicts, save_tables
@@ -246,8 +293,9 @@ from sdaeverify.simulate.ensemble import (
     run_block,
 )
 from sdaeverify.simulate.tracks import Track
-from sdaeverify.store import code, keys, lanes
+from sdaeverify.store import class_findings, code, keys, lanes
 from sdaeverify.store.behaviour import behaviours, differing, problem_digest, run_observed, steps_digest
+from sdaeverify.store.class_findings import ClassFindings
 from sdaeverify.store.code import MEASURING, SAYING, code_of, framework_code, homes_of
 from sdaeverify.store.container import TABLE as container_TABLE
 from sdaeverify.store.container import all_lanes, containers, read_lanes, write_lanes
@@ -255,49 +303,33 @@ from sdaeverify.store.files import digest_of_file, opened_by
 from sdaeverify.store.keys import MADE_WITH, key, lane_ingredients, measure_ingredients
 from sdaeverify.store.lanes import MeasureRecord, StoredLane, join_parts, pack_lane, unpack_lane
 from sdaeverify.store.store import DAMAGED, NEW, SOURCELESS, Store, keep
-from sdaeverify.study import Advanced, Cell, CellResult, Finished, Study, plan
+from sdaeverify.study import Advanced, Cell, CellResult, Study, plan
 from sdaeverify.study.blocks import LATE, Blocks, simulate_block
-from sdaeverify.study.class_results import class_cells, class_of, class_results, results_of_class
-from sdaeverify.study.class_rows import HERE, ClassTask, class_rows
+from sdaeverify.study.class_tests import HERE, ClassTask, class_cells, class_results, class_tests, results_of_class
 from sdaeverify.study.holm import family_wise, holm
 from sdaeverify.study.judging import CellEvidence, ControlVerdicts
-from sdaeverify.study.members.classes import MemberClass, member_classes, member_of
-from sdaeverify.study.members.rows import MEMBERS, member_mistake, member_rows, refuting_class
-from sdaeverify.study.order_report import OrderReport, classes_of
 from sdaeverify.study.plan import ControlPlan, Plan, ProblemPlan, claims_of, promises_of, union
 from sdaeverify.study.unseen import unseen, unseen_features
+from sdaeverify.testing.check import LEVEL as newest_LEVEL
 from sdaeverify.testing.checks.problem_declarations import EVIDENCE, check_traits
 from sdaeverify.testing.questions import Question, problem_questions, scheme_questions
 from sdaeverify.testing.subjects import CellSubject, ProblemSubject, SchemeSubject, cells_of, load_plugins, problem_of
-from sdaeverify.trees.classes import CLASSES, OF_SDES, EquationClass, tree_classes_of
-from sdaeverify.trees.conditions import Conditions, belongs
-from sdaeverify.trees.examined import Examined
-from sdaeverify.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula, grow, picture, tree
-from sdaeverify.trees.modified.equation import modified_equation
-from sdaeverify.trees.modified.laws import harmonic_variances, sampled_potential
-from sdaeverify.trees.modified.linear import leading_moments
-from sdaeverify.trees.modified.lines import notation_of
-from sdaeverify.trees.modified.mistakes import STAGE_MISTAKES, stage_mistake
-from sdaeverify.trees.modified.numbers import number_words, recognised
-from sdaeverify.trees.modified.sums import summed
-from sdaeverify.trees.moments import ExactMoments
-from sdaeverify.trees.nodes import random_points, rule_nodes
-from sdaeverify.trees.posed.grammar import grow_nodes, integral, told_apart
-from sdaeverify.trees.record import Record
-from sdaeverify.trees.relatives import distance_far
-from sdaeverify.trees.report import probe_of
-from sdaeverify.trees.report import rows_of as rows_of_classes
-from sdaeverify.trees.sdes.equivariance import related_equations
-from sdaeverify.trees.sdes.taylor import RichEquation
-from sdaeverify.trees.sdes.universal import Universal
-from sdaeverify.trees.stationary import stationary_conditions
 from sdaeverify.verdicts import path_tests, rules
 from sdaeverify.verdicts.coverage import claim_for
-from sdaeverify.verdicts.divergence import why_divergent
 from sdaeverify.verdicts.fitted_levels import sound_levels
 from sdaeverify.verdicts.guard import Guard
 from sdaeverify.verdicts.guards import GUARDS
-from sdaeverify.verdicts.opinions import beside, of_smooth, too_coarse, up_to
+from sdaeverify.verdicts.moments import why_moments_diverge
+from sdaeverify.verdicts.opinions import (
+    ask_to_resolve,
+    beside,
+    diverged,
+    of_memory,
+    of_smooth,
+    rounded_up,
+    too_coarse,
+    up_to,
+)
 from sdaeverify.verdicts.path_tests import hold_back, resolve_order, unlike, why_vacuous
 from sdaeverify.verdicts.rules import FINER as way_FINER
 from sdaeverify.verdicts.rules import Case, Objection, forbid, send, withhold
@@ -341,6 +373,38 @@ from sdaeverify_lab.calibration.studies import (
     verdict_rates,
 )
 from sdaeverify_lab.cases import Planted
+from sdaeverify_lab.papers import (
+    Budget,
+    Curve,
+    Exhibit,
+    Experiment,
+    FineRun,
+    MeanLine,
+    MeanSample,
+    MeanTable,
+    Note,
+    Panel,
+    Printed,
+    Range,
+    Row,
+    SchemeRun,
+    SharedNoise,
+)
+from sdaeverify_lab.papers.entries import entry_tables, with_error
+from sdaeverify_lab.papers.experiment import SchemeMean, SchemeValue
+from sdaeverify_lab.papers.experiment_plan import EXPERIMENTS, experiment_plan
+from sdaeverify_lab.papers.experiments import (
+    laurent_2022_figure_1,
+    lindner_2017_multipliers,
+    lindner_2017_roots,
+    lindner_2018_figure_4_2,
+    lindner_2018_figure_4_3,
+    lindner_2018_figure_5_1,
+)
+from sdaeverify_lab.papers.mean_table import orders
+from sdaeverify_lab.papers.run import ExperimentRun
+from sdaeverify_lab.planted.coefficients import WrongVariance
+from sdaeverify_lab.planted.delays import AnticipatingNoise, KeptAlgebraic, OldLagAlgebraic, WrongLag
 from sdaeverify_lab.scaffold import names_of, write_plugin
 from sdaeverify_lab.selftest import Refuter, kill_matrix, selftest_trial
 from sdaeverify_measures.moments import EDGES as moments_EDGES
@@ -367,38 +431,31 @@ from sdaeverify_measures.uniformity.uniform_errors import (
     uniform_defects,
     why_not_uniform_defects,
 )
-from sdaeverify_papers import (
-    Budget,
-    Curve,
-    Exhibit,
-    Experiment,
-    FineRun,
-    MeanLine,
-    MeanSample,
-    MeanTable,
-    Note,
-    Panel,
-    Printed,
-    Range,
-    Row,
-    SchemeRun,
-    SharedNoise,
-)
-from sdaeverify_papers.entries import entry_tables, with_error
-from sdaeverify_papers.experiment import SchemeMean, SchemeValue
-from sdaeverify_papers.experiment_plan import EXPERIMENTS, experiment_plan
-from sdaeverify_papers.experiments import (
-    laurent_2022_figure_1,
-    lindner_2017_multipliers,
-    lindner_2017_roots,
-    lindner_2018_figure_4_2,
-    lindner_2018_figure_4_3,
-    lindner_2018_figure_5_1,
-)
-from sdaeverify_papers.mean_table import orders
-from sdaeverify_papers.run import ExperimentRun
-from sdaeverify_planted.coefficients import WrongVariance
-from sdaeverify_planted.delays import AnticipatingNoise, KeptAlgebraic, OldLagAlgebraic, WrongLag
+from sdaeverify_orders.members.classes import MemberClass, member_classes, member_of
+from sdaeverify_orders.members.rows import MEMBERS, member_mistake, member_rows, refuting_class
+from sdaeverify_orders.order_report import OrderReport, classes_of
+from sdaeverify_orders.order_tests import ORDER_TESTS
+from sdaeverify_orders.trees.classes import CLASSES, OF_SDES, EquationClass, tree_classes_of
+from sdaeverify_orders.trees.conditions import Conditions, belongs
+from sdaeverify_orders.trees.examined import Examined
+from sdaeverify_orders.trees.grow import TIME_LEAF, Tree, closed_sets, closure, formula, grow, picture, tree
+from sdaeverify_orders.trees.modified.equation import modified_equation
+from sdaeverify_orders.trees.modified.laws import harmonic_variances, sampled_potential
+from sdaeverify_orders.trees.modified.lines import notation_of
+from sdaeverify_orders.trees.modified.mistakes import STAGE_MEANS, STAGE_MISTAKES, stage_means, stage_mistake
+from sdaeverify_orders.trees.modified.numbers import number_words, recognised
+from sdaeverify_orders.trees.modified.sums import summed
+from sdaeverify_orders.trees.moments import ExactMoments
+from sdaeverify_orders.trees.nodes import random_points, rule_nodes
+from sdaeverify_orders.trees.posed.grammar import grow_nodes, integral, told_apart
+from sdaeverify_orders.trees.record import Record
+from sdaeverify_orders.trees.relatives import distance_far
+from sdaeverify_orders.trees.report import probe_of
+from sdaeverify_orders.trees.report import rows_of as rows_of_classes
+from sdaeverify_orders.trees.sdes.equivariance import related_equations
+from sdaeverify_orders.trees.sdes.taylor import RichEquation
+from sdaeverify_orders.trees.sdes.universal import Universal
+from sdaeverify_orders.trees.stationary import stationary_conditions
 from sdaeverify_problems._gaussian_step import gaussian_step
 from sdaeverify_problems.affine.affine_constraint import affine_constraint, affine_langevin
 from sdaeverify_problems.cir import cir
@@ -426,6 +483,7 @@ from sdaeverify_problems.gbm_algebraic import gbm_algebraic
 from sdaeverify_problems.growing_algebraic import growing_algebraic
 from sdaeverify_problems.growing_volatility import growing_volatility
 from sdaeverify_problems.hyperbolic_pair import hyperbolic_pair
+from sdaeverify_problems.langevin.double_well_langevin import double_well_langevin
 from sdaeverify_problems.langevin.harmonic_langevin import harmonic_langevin, weights
 from sdaeverify_problems.levy_area import levy_area
 from sdaeverify_problems.matrices.orthogonal_group import orthogonal_group
@@ -477,6 +535,6 @@ from sdaeverify_schemes.quicsort import QUICSORT
 from sdaeverify_schemes.sra1 import SRA1
 from sdaeverify_schemes.sri1w1 import SRI1W1
 
-FOLLOWED = Followed.by([Strong(), Weak()])
+FOLLOWED = followed_by([Strong(), Weak()])
 exactness_violation = partial(_exactness_violation, followed=FOLLOWED)
 violation = partial(_violation, followed=FOLLOWED)

@@ -1,7 +1,7 @@
 """The joining of neighbouring steps of a Brownian motion: the inverse of its refinement."""
 
 from facade import join_areas
-from sdaeverify.probing import LevelNoise
+from sdaeverify.studying import LevelNoise
 
 
 def aggregate(fine: LevelNoise) -> LevelNoise:

@@ -46,7 +46,7 @@ def test_a_claimed_quantity_that_is_not_there_is_a_row(result):
     rows = result.verdicts.set_index(["scheme", "quantity"])
 
     assert rows.loc[("mine", "y"), "verdict"] == "out_of_scope"
-    assert "The scheme has a claim about y; this problem has only x" in rows.loc[("mine", "y"), "reason"]
+    assert "The scheme has a claim about y; measured here: x" in rows.loc[("mine", "y"), "reason"]
 
 
 class AtTheEnd(Mine):

@@ -1,6 +1,7 @@
 """The cut of the code, read from its source: layers, who may import whom, sizes of files and functions."""
 
 import ast
+import re
 from collections import Counter, defaultdict
 from functools import cache
 from graphlib import TopologicalSorter
@@ -13,13 +14,12 @@ import sdaeverify.commands
 import sdaeverify.errors
 import sdaeverify.measuring
 import sdaeverify.numerics
-import sdaeverify.path_errors
 import sdaeverify.probing
 import sdaeverify.studying
 import sdaeverify.trees
 from sdaeverify.report.tables.columns import FILES
+from source_trees import ROOT, nodes, parsed, sources, text_of
 
-ROOT = Path(__file__).resolve().parents[1]
 FRAMEWORK = ROOT / "sdaeverify"
 CONTRIBUTED = (ROOT / "plugins", ROOT / "problems")
 
@@ -38,10 +38,9 @@ LAYERS = {
     "measures": 4,
     "measuring": 5,
     "probing": 5,
-    "path_errors": 5,
     "store": 4,
     "workers": 5,
-    "trees": 5,  # on the public face of probing
+    "trees": 5,
     "study": 5,
     "report": 6,
     "gate": 6,
@@ -65,7 +64,6 @@ ROOMS = (
     sdaeverify.errors,
     sdaeverify.measuring,
     sdaeverify.numerics,
-    sdaeverify.path_errors,
     sdaeverify.probing,
     sdaeverify.studying,
     sdaeverify.trees,
@@ -75,14 +73,16 @@ SHIPPED = {
     f"sdaeverify_{kind}"
     for kind in (
         "adaptive",
+        "hunt",
+        "runs",
         "schemes",
         "problems",
         "measures",
-        "planted",
+        "orders",
         "bridges",
         "lab",
-        "papers",
         "sealed",
+        "solvers",
         "wire",
     )
 }
@@ -96,11 +96,6 @@ MOST_ROOMS, FILES_OF_A_ROOM, SOLE_IMPORTERS = 28, 16, 58
 PARAMETERS, COEFFICIENTS = 6, 8
 
 
-def sources(*folders):
-    """Return the Python files below some folders."""
-    return sorted(path for folder in folders for path in folder.rglob("*.py"))
-
-
 def name(path):
     """Return a path below the root, for messages and test ids."""
     return path.relative_to(ROOT).as_posix()
@@ -111,33 +106,21 @@ def top(path):
     return path.relative_to(FRAMEWORK).with_suffix("").parts[0]
 
 
-@cache
-def nodes(tree, with_typing=True):
-    """Return a node and all below it, those under ``if TYPE_CHECKING`` only if asked for."""
-    found = tuple(ast.walk(tree))
-    hidden = set() if with_typing else {below for node in found if is_for_typing(node) for below in ast.walk(node)}
-    return tuple(node for node in found if node not in hidden)
-
-
 def is_for_typing(node):
     """Tell whether a node is a block under ``if TYPE_CHECKING``."""
-    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
-
-
-@cache
-def parsed(path):
-    """Return the syntax tree of a file."""
-    return ast.parse(path.read_text(encoding="utf-8"))
+    return ast.unparse(node.test) == "TYPE_CHECKING"
 
 
 @cache
 def imported_names(path, with_typing=True):
     """Return the absolute dotted names a file imports; ``from a import b`` gives a.b, whatever b is."""
-    found = set()
-    for node in nodes(parsed(path), with_typing):
+    found, tree = set(), parsed(path)
+    blocks = () if with_typing else filter(is_for_typing, nodes(tree, ast.If))
+    hidden = {below for block in blocks for below in nodes(block)}
+    for node in (each for each in nodes(tree, ast.Import, ast.ImportFrom) if each not in hidden):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
+        else:
             package = path.parent.relative_to(ROOT).parts
             start = package[: len(package) - node.level + 1] if node.level else ()
             stem = [*start, *([node.module] if node.module else [])]
@@ -179,9 +162,8 @@ def allowed(importer, imported):
 def functions(*folders):
     """Yield (where, function) for every function and method."""
     for path in sources(*folders):
-        for node in nodes(parsed(path)):
-            if isinstance(node, ast.FunctionDef):
-                yield f"{name(path)}:{node.lineno} {node.name}", node
+        for node in nodes(parsed(path), ast.FunctionDef):
+            yield f"{name(path)}:{node.lineno} {node.name}", node
 
 
 def length(function):
@@ -231,9 +213,8 @@ def classes():
     """Return where each class name of the framework is defined."""
     found = defaultdict(list)
     for path in sources(FRAMEWORK):
-        for node in nodes(parsed(path)):
-            if isinstance(node, ast.ClassDef):
-                found[node.name].append(f"{name(path)}:{node.lineno}")
+        for node in nodes(parsed(path), ast.ClassDef):
+            found[node.name].append(f"{name(path)}:{node.lineno}")
     return found
 
 
@@ -248,7 +229,7 @@ PATTERNS = {"match", "fullmatch", "search", "split", "findall", "sub"}
 
 def is_told(node):
     """Tell whether an expression is what is told of a verdict, or its text: a reason, a remark, a claim, a method."""
-    if isinstance(node, ast.Call) and ast.unparse(node.func) == "str" and node.args:
+    if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "str" and node.args:
         return is_told(node.args[0])
     if isinstance(node, ast.Attribute) and node.attr in {"value", "text"}:
         return is_told(node.value)
@@ -273,7 +254,8 @@ def reads_text(node):
 
 def readings(tree):
     """Yield the lines of a tree that take a decision by the text of what is told of a verdict."""
-    return [f"{node.lineno}: {ast.unparse(node)}" for node in nodes(tree) if reads_text(node)]
+    asked = nodes(tree, ast.Attribute, ast.Compare, ast.Call, ast.Subscript)
+    return [f"{node.lineno}: {ast.unparse(node)}" for node in asked if reads_text(node)]
 
 
 def test_the_text_of_what_is_told_is_never_parsed():
@@ -309,7 +291,8 @@ def test_readings_of_texts_are_seen(line, found):
 
 def judging(path):
     """Return the words of judging that a file uses or imports."""
-    used = {getattr(node, "id", None) or getattr(node, "attr", None) for node in nodes(parsed(path))}
+    found = nodes(parsed(path), ast.Name, ast.Attribute)
+    used = {getattr(node, "id", None) or getattr(node, "attr", None) for node in found}
     imported = {dotted.rpartition(".")[2] for dotted in imported_names(path)}
     return (used | imported) & JUDGING
 
@@ -328,7 +311,7 @@ def changed_fates(path):
 
     The verdict on a cell of a plan that cannot be run is none on a claim.
     """
-    calls = (node for node in nodes(parsed(path)) if isinstance(node, ast.Call))
+    calls = nodes(parsed(path), ast.Call)
     calls = (node for node in calls if not (node.args and ast.unparse(node.args[0]) == "cell"))
     return {
         f"{node.lineno}: {ast.unparse(node)}"
@@ -342,6 +325,27 @@ def test_a_finding_is_changed_by_the_rules_of_its_way_alone():
     users = [FRAMEWORK / room for room in ("study", "gate", "report", "cli", "testing", "simulate")]
     assert guilty(changed_fates, *users) == {}
     assert changed_fates(FRAMEWORK / "verdicts" / "rules.py")
+
+
+def given_values(node):
+    """Return what a call, an assignment or a return hands on."""
+    if isinstance(node, ast.Call):
+        return [*node.args, *(keyword.value for keyword in node.keywords)]
+    return [node.value] if node.value else []
+
+
+def saying_diverged(path):
+    """Return the lines of a file that give the verdict *diverged*, and do not merely ask for it."""
+    giving = nodes(parsed(path), ast.Call, ast.Assign, ast.Return)
+    given = ((node, each) for node in giving for each in given_values(node) if isinstance(each, ast.Attribute))
+    return {node.lineno for node, each in given if (ast.unparse(each.value), each.attr) == ("Verdict", "DIVERGED")}
+
+
+def test_one_function_says_that_paths_diverge():
+    """Measures give the number of lost paths, and one function of opinions turns it into a verdict."""
+    assert [*guilty(saying_diverged, FRAMEWORK)] == ["sdaeverify/verdicts/opinions.py"]
+    assert len(saying_diverged(FRAMEWORK / "verdicts" / "opinions.py")) == 1
+    assert saying_diverged(ROOT / "plugins" / "sdaeverify_sealed" / "run.py")
 
 
 def test_modules_import_each_other_in_no_circle():
@@ -393,10 +397,26 @@ def test_shipped_plugins_use_the_public_names_only():
     assert guilty(deep, FRAMEWORK)
 
 
+@cache
+def words_of_users():
+    """Return the words of plugins, of packages of others and of the site."""
+    folders = (*CONTRIBUTED, ROOT / "tests" / "thirdparty", ROOT / "docs")
+    files = [path for folder in folders for path in folder.rglob("*") if path.suffix in {".py", ".md"}]
+    texts = (path.read_text(encoding="utf-8") for path in files if "_site" not in path.parts)
+    return {word for text in texts for word in re.findall(r"\w+", text)}
+
+
+def test_a_name_for_authors_has_a_user():
+    """What no plugin, no package of others and no page uses is private; users may catch each error by its name."""
+    rooms = [room for room in ROOMS if room not in {sdaeverify, sdaeverify.trees}]
+    unused = {f"{room.__name__}.{each}" for room in rooms for each in set(room.__all__) - words_of_users()}
+    assert unused <= {"sdaeverify.errors.PluginError"}
+
+
 @pytest.mark.parametrize(
     ("room", "most"),
-    [(sdaeverify.measuring, 40), (sdaeverify.probing, 32), (sdaeverify.path_errors, 20)],
-    ids=["measuring", "probing", "path_errors"],
+    [(sdaeverify.measuring, 39), (sdaeverify.probing, 21)],
+    ids=["measuring", "probing"],
 )
 def test_a_public_room_is_narrow_and_explains_itself(room, most):
     """An author of measures meets few names, and each class and function of them in its own words."""
@@ -409,9 +429,7 @@ def test_files_are_short():
     """A file holds one concept: seldom over 500 lines."""
     limits = [(FRAMEWORK, FRAMEWORK_LINES), *((folder, CONTRIBUTED_LINES) for folder in CONTRIBUTED)]
     lines = {
-        name(path): (len(path.read_text(encoding="utf-8").splitlines()), limit)
-        for folder, limit in limits
-        for path in sources(folder)
+        name(path): (len(text_of(path).splitlines()), limit) for folder, limit in limits for path in sources(folder)
     }
     assert not {path: counted for path, (counted, limit) in lines.items() if counted >= limit}
 
@@ -460,8 +478,7 @@ def test_imports_are_read_from_the_source():
 
 def asking_for_subclasses(path):
     """Return the lines of a file that ask which subclasses this process happens to have loaded."""
-    found = (node for node in nodes(parsed(path)) if isinstance(node, ast.Attribute))
-    return {node.lineno for node in found if node.attr == "__subclasses__"}
+    return {node.lineno for node in nodes(parsed(path), ast.Attribute) if node.attr == "__subclasses__"}
 
 
 def test_nothing_depends_on_what_a_process_has_loaded():
@@ -481,15 +498,14 @@ FORMS = {each for each in sdaeverify.__all__ if each in subclasses(sdaeverify.Pr
 
 def named_forms(path):
     """Return the forms that a file names or imports."""
-    named = {node.id for node in nodes(parsed(path)) if isinstance(node, ast.Name)}
+    named = {node.id for node in nodes(parsed(path), ast.Name)}
     return (named | {dotted.split(".")[-1] for dotted in imported_names(path)}) & FORMS
 
 
 def test_forms_are_known_by_what_they_offer():
     """No form is named outside its room and the public names: what one can do is asked of it, by kind."""
     naming = {top(ROOT / file) for file in guilty(named_forms, FRAMEWORK)}
-    # The universal SDE is an SDE that the framework makes itself.
-    assert naming == {"forms", "trees"}, "ask capability(kind) of the problem"
+    assert naming == {"forms"}, "ask capability(kind) of the problem"
 
 
 @cache
@@ -498,8 +514,8 @@ def shipped_names():
     schemes = {
         node.value.value
         for path in sources(*CONTRIBUTED)
-        for node in ast.walk(parsed(path))
-        if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "name" and node.value is not None
+        for node in nodes(parsed(path), ast.AnnAssign)
+        if ast.unparse(node.target) == "name" and node.value is not None
     }
     problems = {path.stem.replace("_", "-") for path in sources(CONTRIBUTED[1]) if not path.stem.startswith("_")}
     return {each for each in schemes | problems if "-" in str(each)}
@@ -507,7 +523,7 @@ def shipped_names():
 
 def named_plugins(path):
     """Return the shipped schemes and problems whose name is a text of a file."""
-    texts = {node.value for node in nodes(parsed(path)) if isinstance(node, ast.Constant)}
+    texts = {node.value for node in nodes(parsed(path), ast.Constant)}
     return texts & shipped_names()
 
 
@@ -520,14 +536,14 @@ def test_the_framework_names_no_scheme_and_no_problem():
 MEASURES = {
     node.value.value
     for path in sources(FRAMEWORK / "measures", ROOT / "plugins" / "sdaeverify_measures")
-    for node in nodes(parsed(path))
-    if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "name" and node.value is not None
+    for node in nodes(parsed(path), ast.AnnAssign)
+    if ast.unparse(node.target) == "name" and node.value is not None
 }
 
 
 def measures_listed(path):
     """Return the measures whose names stand side by side in a set, tuple or list of texts of a file."""
-    groups = [node.elts for node in nodes(parsed(path)) if isinstance(node, (ast.Set, ast.Tuple, ast.List))]
+    groups = [node.elts for node in nodes(parsed(path), ast.Set, ast.Tuple, ast.List)]
     texts = [{each.value for each in group if isinstance(each, ast.Constant)} & MEASURES for group in groups]
     return {listed for found in texts if len(found) > 1 for listed in found}
 
@@ -544,16 +560,15 @@ def test_a_cell_keeps_its_match():
     callers = {
         name(path)
         for path in sources(FRAMEWORK)
-        for node in nodes(parsed(path))
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "match"
+        for node in nodes(parsed(path), ast.Call)
+        if isinstance(node.func, ast.Name) and node.func.id == "match"
     }
-    # The rest plans cells of its own: the lab, the kit, and the search for a problem that is run on request. A random
-    # member is no problem of a plan.
+    # The rest plans cells of its own: the lab, the kit, and the search for a problem that is run on request.
     rooms = {"sdaeverify/report", "sdaeverify/testing"}
     own = {caller for caller in callers if "/".join(caller.split("/")[:2]) in rooms}
     assert callers - own == {
         f"sdaeverify/{file}.py"
-        for file in ("gate/untested", "simulate/ensemble", "store/behaviour", "study/members/classes", "study/plan")
+        for file in ("gate/untested", "simulate/ensemble", "store/behaviour", "study/look_judgement", "study/plan")
     }
 
 
@@ -562,19 +577,20 @@ def test_parts_of_scipy_are_loaded_when_they_are_used():
     named = {
         name(path)
         for path in sources(FRAMEWORK, ROOT / "plugins", ROOT / "problems")
-        for node in nodes(parsed(path))
+        for node in nodes(parsed(path), ast.Import, ast.ImportFrom)
         if (isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "scipy")
         or (isinstance(node, ast.Import) and any(alias.name.startswith("scipy.") for alias in node.names))
     }
     assert named == set()
 
 
+@cache
 def enumerations(*folders):
     """Return by name the texts of each enumeration below some folders."""
     found = {}
     for path in sources(*folders):
-        for node in nodes(parsed(path)):
-            if isinstance(node, ast.ClassDef) and any(ast.unparse(base).endswith("Enum") for base in node.bases):
+        for node in nodes(parsed(path), ast.ClassDef):
+            if any(ast.unparse(base).endswith("Enum") for base in node.bases):
                 values = (each.value for each in node.body if isinstance(each, ast.Assign))
                 found[node.name] = {value.value for value in values if isinstance(value, ast.Constant)}
     return found
@@ -610,7 +626,7 @@ def test_one_table_of_a_run_has_verdicts():
 
 def texts_of_codes(tree):
     """Return the lines of a tree that give exit codes words of their own."""
-    tables = (node for node in nodes(tree) if isinstance(node, ast.Dict))
+    tables = nodes(tree, ast.Dict)
     pairs = (pair for table in tables for pair in zip(table.keys, table.values, strict=True) if pair[0] is not None)
     own = (code for code, words in pairs if isinstance(words, ast.Constant | ast.JoinedStr))
     return {f"{code.lineno}: {ast.unparse(code)}" for code in own if ast.unparse(code).startswith("ExitCode.")}

@@ -9,7 +9,7 @@ from facade import Brownian, known_part, noncommuting, outer, pairs
 from joined_noise import aggregate
 from sdaeverify import Increment, ProblemError, SchemeError
 from sdaeverify.numerics import antisymmetric
-from sdaeverify.probing import Source, brownian_steps
+from sdaeverify.studying import Source
 
 SOURCE = Source(20261122, "areas", 0, 40000)
 ALL, AREAS, USUAL = frozenset({"dW", "H", "K", "A"}), frozenset({"dW", "H", "A"}), frozenset({"dW", "H"})
@@ -21,7 +21,7 @@ SIGMAS = 5.0
 @pytest.fixture(scope="module")
 def levels():
     """Return four levels of a coarsest step of three Brownian motions with all there is."""
-    return next(brownian_steps(SOURCE, 3, H, 3, ALL))
+    return next(Brownian(SOURCE, 3, H, 3, ALL).steps())
 
 
 def standardised(values, expected):
@@ -41,7 +41,7 @@ def test_neighbours_make_the_longer_step(level, levels):
 def test_areas_change_nothing_else():
     """The same stream without areas has the same dW and H, to the last bit."""
     few = SOURCE._replace(paths=7)
-    with_areas, without = (next(brownian_steps(few, 3, H, 3, fields)) for fields in (AREAS, USUAL))
+    with_areas, without = (next(Brownian(few, 3, H, 3, fields).steps()) for fields in (AREAS, USUAL))
 
     for one, other in zip(with_areas, without, strict=True):
         np.testing.assert_array_equal(one.dW, other.dW)
@@ -52,13 +52,13 @@ def test_pieces_have_the_areas_of_their_steps():
     """Pieces of a level, one after the other, are its steps, and come in the same order as without areas."""
     few = SOURCE._replace(paths=3)
     pieces = list(next(Brownian(few, 2, H, 6, AREAS).pieces()))
-    plain = [(piece.level, len(piece.noise.dW)) for piece in next(Brownian(few, 2, H, 6).pieces())]
-    whole = next(brownian_steps(few, 2, H, 6, AREAS))
+    plain = [(level, len(noise.dW)) for level, noise in next(Brownian(few, 2, H, 6).pieces())]
+    whole = next(Brownian(few, 2, H, 6, AREAS).steps())
 
-    assert [(piece.level, len(piece.noise.dW)) for piece in pieces] == plain
-    for level, noise in enumerate(whole):
-        found = np.concatenate([piece.noise.A for piece in pieces if piece.level == level])
-        np.testing.assert_array_equal(found, noise.A)
+    assert [(level, len(noise.dW)) for level, noise in pieces] == plain
+    for level, expected in enumerate(whole):
+        found = np.concatenate([noise.A for at, noise in pieces if at == level])
+        np.testing.assert_array_equal(found, expected.A)
 
 
 @pytest.mark.parametrize("level", range(4))
@@ -95,7 +95,7 @@ def test_second_areas_are_independent_with_their_variance(level, levels):
 
 def test_second_area_is_the_time_integral():
     """K of a step is the integral of (W(s) - s dW/h) (h/2 - s)/h^2, here by midpoints of 2048 short ones."""
-    *_, fine = levels = next(brownian_steps(SOURCE._replace(paths=5), 1, H, 11, ALL))
+    *_, fine = levels = next(Brownian(SOURCE._replace(paths=5), 1, H, 11, ALL).steps())
     n = len(fine.dW)
     before = np.concatenate([np.zeros((1, 5)), np.cumsum(fine.dW[:, 0], axis=0)[:-1]])
     means = before + 0.5 * fine.dW[:, 0] + fine.H[:, 0]

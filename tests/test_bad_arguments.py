@@ -5,8 +5,10 @@ from collections.abc import Callable
 import pytest
 
 from facade import load_plugins, load_registry
-from sdaeverify import Claim, Scheme, SdaeverifyError, Settings, UsageError, api, hunt, load, orders, sample, verify
+from sdaeverify import Claim, Scheme, SdaeverifyError, Settings, UsageError, api, load, sample, verify
 from sdaeverify.testing import check_problem, check_scheme, parametrize_with_checks, parametrize_with_claims
+from sdaeverify_hunt import hunt
+from sdaeverify_orders import orders
 
 ODD = [3, 1.5, object(), b"gbm", [None], [["gbm"]], {3: 1}, {3}, "no such", float("nan"), int, [int], [object()]]
 SMALL = {"paths": 40, "levels": 3}
@@ -132,7 +134,7 @@ MISTAKES: dict[str, tuple[Callable[[object], object], str]] = {
     ),
     "orders of none": (lambda _: orders("milstien"), "did you mean milstein"),
     "orders of all": (lambda _: orders(None), "orders expects one scheme, got None"),
-    "class": (lambda _: orders("milstein", classes="zz"), "unknown class 'zz'; known are ode"),
+    "class": (lambda _: orders("milstein", classes="zz"), "unknown class 'zz' \\(known: ode"),
     "motions": (lambda _: orders("milstein", motions=0), "motions must be from 1 to 4, got 0"),
     "motions in words": (lambda _: orders("milstein", motions="3"), "motions must be a whole number, got '3'"),
     "weight": (lambda _: orders("milstein", weight=-1), "weight must be from 1 to 8, got -1"),

@@ -12,7 +12,7 @@ from facade import BURN_IN, GROUPS, MOST_FIRST, ChainPlan, ChainRecord, Chains, 
 from facade import chains_LEVELS as LEVELS
 from sdaeverify import Scheme, Step
 from sdaeverify.measuring import packed, unpacked
-from sdaeverify.probing import Source, brownian_steps
+from sdaeverify.studying import Brownian, Source
 from stationary_cells import SIGMA, VARIANCE, Euler, double_well, euler_variance, ou, rotation
 
 SMALL = ChainPlan(h=0.25, relaxation_time=1.0, seed=5, looks=3, paired=2 * GROUPS, wide=4 * GROUPS)
@@ -20,7 +20,7 @@ SMALL_PILOT = SMALL._replace(wide=8 * GROUPS)
 
 
 class WithAreas(Euler):
-    """Euler-Maruyama that has H drawn beside dW, as `brownian_steps` does."""
+    """Euler-Maruyama that has H drawn beside dW, as `Brownian.steps` does."""
 
     name: ClassVar[str] = "with-areas"
     noise: ClassVar[frozenset[str]] = frozenset({"dW", "H"})
@@ -59,7 +59,7 @@ def test_time_averages_are_those_of_a_loop():
     averages = Chains(WithAreas(), ou(), Source(3, "test", 0, paths), h, 2).average(steps)
 
     x, sums = np.ones((2, paths)), np.zeros((2, paths))
-    for coarse, fine in islice(brownian_steps(Source(3, "test", 0, paths), 1, h, 1), steps):
+    for coarse, fine in islice(Brownian(Source(3, "test", 0, paths), 1, h, 1).steps(), steps):
         x[0] += -h * x[0] + SIGMA * coarse.dW[0, 0]
         for half in (0, 1):
             x[1] += -0.5 * h * x[1] + SIGMA * fine.dW[half, 0]

@@ -7,15 +7,14 @@ import re
 from collections import defaultdict
 from functools import cache
 from html import unescape
-from pathlib import Path
 
 import pytest
 
 from facade import rules
 from sdaeverify.verdicts.guard import Guard
+from source_trees import ROOT, nodes, parsed, sources
 from test_architecture import LAYERS, SIDE
 
-ROOT = Path(__file__).resolve().parents[1]
 PAGES = {"CONTRIBUTING": ROOT / "CONTRIBUTING.md", "architecture": ROOT / "docs/explanation/architecture.md"}
 PICTURES = {name: ROOT / "docs" / "_static" / f"{name}.svg" for name in ("cell", "way")}
 NAME = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*")
@@ -33,13 +32,12 @@ def code_of_picture(text):
     return [unescape(word) for word in re.findall(r'<tspan class="code">([^<]*)</tspan>', text)]
 
 
-def members(body):
+def members(*statements):
     """Yield the names that statements define, and the attributes that they set on `self`."""
-    for node in (below for statement in body for below in ast.walk(statement)):
-        if isinstance(node, ast.FunctionDef | ast.ClassDef):
-            yield node.name
-        elif isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store):
-            yield node.id if isinstance(node, ast.Name) else node.attr
+    for statement in statements:
+        yield from (node.name for node in nodes(statement, ast.FunctionDef, ast.ClassDef))
+        stored = (node for node in nodes(statement, ast.Name, ast.Attribute) if isinstance(node.ctx, ast.Store))
+        yield from (node.id if isinstance(node, ast.Name) else node.attr for node in stored)
 
 
 @cache
@@ -49,14 +47,13 @@ def source():
     Of plugins, which the pages name by their folders and commands, the names of folders and files.
     """
     names, own, bases = {*dir(builtins), *(path.name for path in ROOT.iterdir())}, defaultdict(set), defaultdict(set)
-    names |= {part for path in (ROOT / "plugins").rglob("*.py") for part in path.with_suffix("").parts}
-    for path in (ROOT / "sdaeverify").rglob("*.py"):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        names |= {*members(tree.body), *path.relative_to(ROOT).with_suffix("").parts}
-        for node in ast.walk(tree):
-            if isinstance(node, ast.ClassDef):
-                own[node.name] |= {*members(node.body)}
-                bases[node.name] |= {ast.unparse(base).rpartition(".")[2] for base in node.bases}
+    names |= {part for path in sources(ROOT / "plugins") for part in path.with_suffix("").parts}
+    for path in sources(ROOT / "sdaeverify"):
+        tree = parsed(path)
+        names |= {*members(tree), *path.relative_to(ROOT).with_suffix("").parts}
+        for node in nodes(tree, ast.ClassDef):
+            own[node.name] |= {*members(*node.body)}
+            bases[node.name] |= {ast.unparse(base).rpartition(".")[2] for base in node.bases}
     return names, own, bases
 
 
@@ -102,7 +99,7 @@ def test_named_paths_and_names_exist(words):
     [
         ("study/plan.py", False),
         ("study/nowhere.py", True),
-        ("ProblemRun.judge", False),
+        ("ProblemRun.accept", False),
         ("ProblemRun.fly", True),
         ("Strong.probe", False),
         ("Strong.flies", True),

@@ -4,7 +4,16 @@ import numpy as np
 
 from facade import delay_linear, one_line
 from sdaeverify import UsageError
+from sdaeverify.errors import with_traceback
 from sdaeverify.numerics import apply
+
+CALL = """
+def call(function):
+    try:
+        function()
+    except Exception as error:
+        return error
+"""
 
 
 def raised(function):
@@ -32,6 +41,19 @@ def test_the_line_is_that_of_who_called_what_raised():
 
     for function in (of_arrays, of_framework):
         assert one_line(raised(function)).endswith(f"test_errors.py:{line_of(function)})")
+
+
+def test_a_traceback_begins_in_the_plugin():
+    """Calls of the framework that lead to it are left out; without a plugin, nothing is."""
+    framework = {"__name__": "sdaeverify.made_up"}
+    exec(compile(CALL, "made_up.py", "exec"), framework)
+
+    def broken():
+        raise ValueError("of a plugin")
+
+    assert "made_up.py" not in with_traceback(framework["call"](broken))
+    assert "in broken" in with_traceback(framework["call"](broken))
+    assert "made_up.py" in with_traceback(framework["call"](None))
 
 
 def test_what_is_meant_for_the_user_needs_no_line():

@@ -2,20 +2,21 @@
 
 import inspect
 import re
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 import sdaeverify
-from sdaeverify.numerics import __all__ as numerical
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "reference" / "examples.md"
+EXAMPLES = tuple(ROOT / "docs" / "reference" / f"{name}.md" for name in ("examples", "examples-plugins"))
 # Fences whose content is a program, and files that pages include.
 PROGRAMS = re.compile(r"```(?:\{file\} \S+\.py|\{python\}|python)\n(.*?)```", re.DOTALL)
 INCLUDED = re.compile(r":from: (\S+\.py)|\{literalinclude\} \.\./\.\./(\S+\.py)")
-# Names of `sdaeverify.numerics` without an example; the number may only fall.
-WITHOUT = 12
+# Packages of public names; each name of them has an example.
+ROOMS = ("commands", "errors", "measuring", "numerics", "probing", "studying", "testing", "trees")
+WHOLE = (sdaeverify, *(import_module(f"sdaeverify.{name}") for name in ROOMS))
 
 
 def programs(text):
@@ -49,22 +50,21 @@ def without_example(names, room):
     return [name for name in names if not re.search(rf"\b{name}\b", text) and not has_own(getattr(room, name))]
 
 
-def test_every_name_of_the_package_has_an_example():
+@pytest.mark.parametrize("room", WHOLE, ids=lambda room: room.__name__)
+def test_every_name_has_an_example(room):
     """Each is in a program of the site, of the README or of its docstring; a name that is not is found."""
-    assert without_example(sdaeverify.__all__, sdaeverify) == []
+    assert without_example(room.__all__, room) == []
     assert not re.search(r"\bnobody_shows_this\b", shown())
 
 
-def test_names_of_the_numerical_tools_without_example():
-    """They get fewer."""
-    assert len(without_example(numerical, sdaeverify.numerics)) <= WITHOUT
+NUMBERED = [(page, number) for page in EXAMPLES for number in range(len(programs(page.read_text(encoding="utf-8"))))]
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("number", range(len(programs(PAGE.read_text(encoding="utf-8")))))
-def test_examples_of_names_run(number, monkeypatch, tmp_path):
-    """Each program of the page of examples runs by itself."""
+@pytest.mark.parametrize(("page", "number"), NUMBERED, ids=lambda each: getattr(each, "stem", each))
+def test_examples_of_names_run(page, number, monkeypatch, tmp_path):
+    """Each program of the pages of examples runs by itself."""
     monkeypatch.chdir(tmp_path)
-    if "hunt(" in (program := programs(PAGE.read_text(encoding="utf-8"))[number]):
+    if "hunt(" in (program := programs(page.read_text(encoding="utf-8"))[number]):
         pytest.importorskip("hypothesis", reason="needs the extra hunt")
-    exec(compile(program, f"{PAGE.name}, program {number}", "exec"), {"__name__": "example"})
+    exec(compile(program, f"{page.name}, program {number}", "exec"), {"__name__": "__main__"})

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from facade import LONGEST, Brownian, fingerprint, refine
+from facade import LONGEST, Brownian, fingerprint
 from joined_noise import aggregate
 from sdaeverify import Increment, SchemeError
-from sdaeverify.probing import LevelNoise, Source, brownian_steps
+from sdaeverify.studying import LevelNoise, Source
 
 EPS = np.finfo(float).eps
 SOURCE = Source(seed=7, problem="gbm[sigma=0.5]", block=3, paths=5)
@@ -23,7 +23,7 @@ steps = hnp.arrays(float, (2, 1, 3), elements=numbers)
 
 def take(source, count, finest, dimension=2, h=0.25):
     """Draw the noise of the first coarsest steps."""
-    stream = brownian_steps(source, dimension, h, finest)
+    stream = Brownian(source, dimension, h, finest).steps()
     return [next(stream) for _ in range(count)]
 
 
@@ -34,7 +34,7 @@ def unit_levels(h, finest):
     levels = [LevelNoise(np.sqrt(h) * next(normals)[None], np.sqrt(h / 12) * next(normals)[None])]
     for level in range(finest):
         xi = np.stack([next(normals) for _ in range(2 * 2**level)]).reshape(2, 2**level, 1, count)
-        levels.append(refine(levels[-1], h / 2**level, xi))
+        levels.append(levels[-1].halved(h / 2**level, xi))
     return levels
 
 
@@ -46,7 +46,7 @@ def as_matrix(noise):
 @given(dW=steps, H=steps, xi=hnp.arrays(float, (2, 2, 1, 3), elements=numbers), h=st.floats(1e-6, 10.0))
 def test_aggregating_undoes_refining(dW, H, xi, h):
     """Joining the halves returns the step they came from, up to a few roundings of the terms that cancel."""
-    joined = aggregate(refine(LevelNoise(dW, H), h, xi))
+    joined = aggregate(LevelNoise(dW, H).halved(h, xi))
     size = np.abs(dW) + 6.0 * np.abs(H) + np.sqrt(h) * np.abs(xi).sum(axis=0)
     bound = 8.0 * EPS * size + np.finfo(float).tiny
     assert (np.abs(joined.dW - dW) <= bound).all()
@@ -86,8 +86,8 @@ def test_a_finer_level_leaves_coarser_ones_bit_identical():
 
 def test_the_same_address_gives_the_same_bits():
     """Noise is a function of its address and does not depend on what was drawn before or in between."""
-    other = brownian_steps(SOURCE._replace(block=0), 2, 0.25, 2)
-    stream = brownian_steps(SOURCE, 2, 0.25, 2)
+    other = Brownian(SOURCE._replace(block=0), 2, 0.25, 2).steps()
+    stream = Brownian(SOURCE, 2, 0.25, 2).steps()
     interleaved = [(next(other), next(stream))[1] for _ in range(3)]
     for a, b in zip(interleaved, take(SOURCE, 3, 2), strict=True):
         assert all(np.array_equal(x.dW, y.dW) and np.array_equal(x.H, y.H) for x, y in zip(a, b, strict=True))
@@ -162,18 +162,18 @@ def test_pieces_are_short_and_come_in_time_order():
     finest = 9
     pieces = list(next(Brownian(SOURCE, 1, 0.25, finest).pieces()))
 
-    assert max(len(piece.noise.dW) for piece in pieces) == LONGEST
+    assert max(len(noise.dW) for _, noise in pieces) == LONGEST
     for level in range(finest + 1):
-        joined = np.concatenate([piece.noise.dW for piece in pieces if piece.level == level])
+        joined = np.concatenate([noise.dW for at, noise in pieces if at == level])
         assert len(joined) == 2**level
-        assert joined.sum(axis=0) == pytest.approx(pieces[0].noise.dW[0], abs=2**finest * EPS)
+        assert joined.sum(axis=0) == pytest.approx(pieces[0][1].dW[0], abs=2**finest * EPS)
 
 
 def test_a_piece_comes_before_the_finer_ones_inside_it():
     """Depth first: when a level has come to some time, no finer level is behind by more than a piece."""
     done = [0.0] * 8
-    for piece in next(Brownian(SOURCE, 1, 1.0, 7).pieces()):
-        done[piece.level] += len(piece.noise.dW) / 2**piece.level
+    for level, noise in next(Brownian(SOURCE, 1, 1.0, 7).pieces()):
+        done[level] += len(noise.dW) / 2**level
         assert all(coarse >= fine for coarse, fine in pairwise(done))
     assert done == [1.0] * 8
 
@@ -183,15 +183,15 @@ def test_using_fewer_paths_leaves_them_as_they_are():
     few = next(Brownian(SOURCE._replace(used=2), 2, 0.25, 3).pieces())
     every = next(Brownian(SOURCE, 2, 0.25, 3).pieces())
 
-    for one, other in zip(few, every, strict=True):
-        assert np.array_equal(one.noise.dW, other.noise.dW[..., :2])
-        assert np.array_equal(one.noise.H, other.noise.H[..., :2])
+    for (_, one), (_, other) in zip(few, every, strict=True):
+        assert np.array_equal(one.dW, other.dW[..., :2])
+        assert np.array_equal(one.H, other.H[..., :2])
 
 
 def test_without_areas_increments_are_independent_with_the_right_variances():
     """Halving dW alone gives two independent increments: (W + D)/2 and (W - D)/2 with D of variance h."""
     h, normals = 0.3, np.eye(2)
-    fine = refine(LevelNoise(np.sqrt(h) * normals[0].reshape(1, 1, 2), None), h, normals[1].reshape(1, 1, 1, 2))
+    fine = LevelNoise(np.sqrt(h) * normals[0].reshape(1, 1, 2), None).halved(h, normals[1].reshape(1, 1, 1, 2))
 
     A = fine.dW[:, 0]
     assert pytest.approx(np.diag([h / 2, h / 2]), abs=8 * EPS) == A @ A.T

@@ -8,7 +8,7 @@ import pytest
 
 from facade import Brownian, half_steps, trials, uses_declared_noise
 from sdaeverify import SDE, ProblemError, Scheme, Step
-from sdaeverify.probing import Source
+from sdaeverify.studying import Source
 
 
 class Arrivals:
@@ -75,7 +75,7 @@ def pieces(used=None, records=BOTH, steps=2):
 
 
 def level(found, number, part):
-    return np.concatenate([part(piece.noise) for piece in found if piece.level == number])
+    return np.concatenate([part(noise) for at, noise in found if at == number])
 
 
 def test_levels_add_up():

@@ -13,6 +13,8 @@ ODD = [*NUMBERS, True, "x", "", None, [1.0], 1j, object()]
 INSTALLED = load_plugins().schemes.items()
 PARAMETRISED = {name: entry for name, entry in INSTALLED if entry.parameters}
 GIGABYTES = 3 << 30
+# What takes seconds to build where a parameter is large.
+SECONDS = {"sphere-langevin"}
 
 
 @pytest.fixture
@@ -46,8 +48,15 @@ def refused(names, odd, make):
     return said
 
 
+@pytest.mark.sweep
 @pytest.mark.usefixtures("little_memory")
-@pytest.mark.parametrize("name", sorted(load_plugins().problems))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.long) if name in SECONDS else name
+        for name in sorted(load_plugins().problems)
+    ],
+)
 def test_parameters_of_problems(name):
     """A problem is finite at its start whatever its parameters are, or they are refused in one line."""
     family = load_plugins().problems[name].thing

@@ -41,6 +41,7 @@ def test_wheel_lists_the_shipped_plugins(installed):
         assert name in listing
 
 
+@pytest.mark.slow
 def test_wheel_runs_a_cell(installed, tmp_path):
     """From the wheel alone, a cell is measured and its files are written."""
     words = ["matrix", "-s", "milstein", "-p", "gbm", "--paths", "200", "-j", "1", "--out", str(tmp_path)]
@@ -83,13 +84,14 @@ def test_versions_of_python_are_those_of_the_install_page(installed):
 
 
 def test_wheel_holds_no_tests(installed):
-    """Only the eleven packages, their metadata and nothing else are in the wheel."""
+    """Only the packages, their metadata and nothing else are in the wheel; what tests the verifier has one name."""
     tops = {path.name for path in installed.iterdir()}
 
-    parts = "adaptive bridges lab measures papers planted problems schemes sealed wire"
+    parts = "adaptive bridges hunt lab measures orders problems runs schemes sealed solvers wire"
     packages = {f"sdaeverify_{part}" for part in parts.split()}
     assert tops - {"sdaeverify", *packages} == {name for name in tops if name.endswith(".dist-info")}
     assert (installed / "sdaeverify" / "py.typed").is_file()
+    assert {"papers", "planted", "selftest"} <= {path.name for path in (installed / "sdaeverify_lab").iterdir()}
 
 
 @pytest.fixture(scope="module")
@@ -104,13 +106,33 @@ def sources(tmp_path_factory):
     return folder / archive.name.removesuffix(".tar.gz")
 
 
-def test_sdist_leaves_out_what_nothing_reads(sources):
-    """Pages and pictures of runs stay in the repository; tables that tests and the site read are there."""
-    reports = sources / "reports"
+# Reports of 50 kB or more in the sdist, each with the test or the extension of the site that reads it.
+READERS = {
+    "constants/constants.csv": "tests/trees/test_modified_linear.py",
+    "field/classes.csv": "tests/report/test_field.py",
+    "field/sdes/verdicts.csv": "tests/report/test_reasons.py",
+    "random-sets/sets.jsonl": "docs/_ext/kept.py",
+    "reference/details/invariant.csv": "tests/report/test_html.py",
+    "reference/details/strong.csv": "tests/report/test_html.py",
+    "reference/details/weak.csv": "tests/report/test_html.py",
+    "reference/levels.csv": "tests/report/test_html.py",
+    "reference/not_applicable.csv": "tests/report/test_html.py",
+    "reference/run.json": "tests/test_reference_report.py",
+    "reference/verdicts.csv": "tests/test_reference_report.py",
+    "wrong-schemes/schemes.csv": "docs/_ext/kept.py",
+}
+LARGE, MOST = 50_000, 1e6
 
-    assert not [*reports.rglob("report.html"), *reports.rglob("*.svg"), *reports.glob("field/*/levels.csv")]
-    assert (reports / "reference" / "levels.csv").is_file()
-    assert (reports / "field" / "sdes" / "verdicts.csv").is_file()
+
+def test_sdist_leaves_out_what_nothing_reads(sources):
+    """Pages, pictures and tables that nobody reads stay in the repository; each large report has a reader."""
+    files = {path.relative_to(sources / "reports").as_posix(): path for path in (sources / "reports").rglob("*.*")}
+    sizes = {name: path.stat().st_size for name, path in files.items() if path.is_file()}
+
+    assert {name for name, size in sizes.items() if size >= LARGE} == {*READERS}
+    assert not [name for name in sizes if name.endswith((".svg", "report.html"))]
+    assert sum(size for size in sizes.values() if size < LARGE) < MOST
+    assert [name for name, reader in READERS.items() if not (sources / reader).is_file()] == []
 
 
 def in_sources(sources, *words):

@@ -14,10 +14,12 @@ from typing import NamedTuple
 import pytest
 
 import sdaeverify
+import sdaeverify_hunt
+import sdaeverify_orders
+from source_trees import ROOT, parsed, sources
 
 pytestmark = pytest.mark.quick
-ROOT = Path(__file__).resolve().parents[1]
-FOLDERS = ("sdaeverify", "plugins", "problems")
+FOLDERS = [ROOT / folder for folder in ("sdaeverify", "plugins", "problems")]
 MANY = 3
 SECTION = re.compile(r"^(?:Parameters|Attributes)\n-+\n(.*?)(?:\n\n\w[\w ]*\n-+\n|\Z)", re.DOTALL | re.MULTILINE)
 
@@ -34,6 +36,12 @@ def test_every_public_name_is_there():
     """A name comes from the module the table says."""
     assert [name for name in sdaeverify.__all__ if getattr(sdaeverify, name) is None] == []
     assert set(sdaeverify.__all__) <= set(dir(sdaeverify))
+
+
+def test_functions_of_plugins_are_attributes():
+    """What the entry points of plugins name is found in the package as well."""
+    assert (sdaeverify.orders, sdaeverify.hunt) == (sdaeverify_orders.orders, sdaeverify_hunt.hunt)
+    assert sdaeverify.modified_equations is sdaeverify_orders.modified_equations
 
 
 def test_no_other_name_is_there():
@@ -134,11 +142,11 @@ def unexplained(node):
     return [name for name in arguments(node) if name not in told or not any(told.values())]
 
 
-def contents(sources):
-    """Return the functions and methods of modules, given as places with their text, and the bases of each class."""
+def contents(trees):
+    """Return the functions and methods of modules, given as places with their trees, and the bases of each class."""
     functions, bases = [], {}
-    for place, text in sources:
-        for node in ast.parse(text).body:
+    for place, tree in trees:
+        for node in tree.body:
             inner = node.body if isinstance(node, ast.ClassDef) else [node]
             owner = node.name if isinstance(node, ast.ClassDef) else ""
             functions += [Function(place, each, owner) for each in inner if isinstance(each, ast.FunctionDef)]
@@ -159,13 +167,13 @@ def ancestors(owner, bases):
         yield from ancestors(base, bases)
 
 
-def wanting(sources):
+def wanting(trees):
     """Return the public functions with an argument that is nowhere explained.
 
     A method needs no section of its own where one of its name and arguments has it: in a base, near or far, or in a
     protocol.
     """
-    functions, bases = contents(sources)
+    functions, bases = contents(trees)
     told = {(each.owner, *each.key) for each in functions if not unexplained(each.node)}
     protocols = {tuple(key) for owner, *key in told if "Protocol" in bases.get(owner, ())}
     return [
@@ -179,8 +187,8 @@ def wanting(sources):
 
 def modules():
     """Yield the modules of the framework and of what is shipped."""
-    for path in sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")):
-        yield path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8")
+    for path in sources(*FOLDERS):
+        yield path.relative_to(ROOT).as_posix(), parsed(path)
 
 
 def test_arguments_of_public_functions_are_explained():
@@ -210,4 +218,4 @@ SOUND = '"""Do.\n\n    Parameters\n    ----------\n    t, h : float\n        Tim
 )
 def test_what_is_not_explained_is_found(source, found):
     """A section may be a base's or a protocol's; names and types alone explain nothing."""
-    assert wanting([("m.py", source)]) == found
+    assert wanting([("m.py", ast.parse(source))]) == found

@@ -4,12 +4,13 @@ import importlib
 import re
 import shlex
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import click
 import pytest
 
-from facade import sdaeverify
+from facade import load_registry, sdaeverify
 from sdaeverify import __version__, sample, verify
 from sdaeverify.testing import checks
 
@@ -120,6 +121,41 @@ def test_files_that_pages_name_are_there(page):
     named = {place for place in PLACE.findall(page.read_text()) if not place.startswith(tuple(written))}
 
     assert sorted(place for place in named if not (ROOT / place).exists()) == []
+
+
+CHOSEN = re.compile(r"(?<=\s)-[sp] ([\w,*\[\]=.-]+)")
+INCLUDED = re.compile(r"\{literalinclude\} (\S+)")
+SHELL = re.compile(r"```sh\n.*?```", re.DOTALL)
+
+
+@cache
+def registered():
+    """Return the names of the shipped schemes and problems."""
+    registry = load_registry(environ={})
+    return {*registry.schemes, *registry.problems}
+
+
+def names_of_nothing(page):
+    """Return what the shell commands of a page select: neither registered, nor the name in a program on the page."""
+    text = page.read_text()
+    programs = [SHELL.sub("", text), *((page.parent / file).read_text() for file in INCLUDED.findall(text))]
+    written = {name for program in programs for name in re.findall(r"[\w-]+", program)}
+    chosen = {name for block in SHELL.findall(text) for names in CHOSEN.findall(block) for name in names.split(",")}
+    plain = {name.partition("[")[0] for name in chosen if "*" not in name}
+    return plain - registered() - written
+
+
+@pytest.mark.parametrize("page", TELLING, ids=lambda page: page.stem)
+def test_shell_commands_of_pages_select_names_that_there_are(page):
+    """A reader who types them runs the scheme and the problem that the page is about."""
+    assert names_of_nothing(page) == set()
+
+
+def test_a_name_of_nothing_is_seen(tmp_path):
+    """A command with another name than that of the program above it."""
+    page = tmp_path / "page.md"
+    page.write_text("`name wired`\n```sh\nsdaeverify matrix -s my-wired,wired -p gbm\n```\n")
+    assert names_of_nothing(page) == {"my-wired"}
 
 
 def commands():

@@ -1,16 +1,22 @@
 """The registry: discovery, isolation of broken plugins, files, and the environment."""
 
+import importlib
+import os
 import pickle
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from importlib import metadata
 from pathlib import Path
 
 import pytest
 
+import sdaeverify
 from facade import known_hooks
 from sdaeverify.errors import ParameterError, PluginError, ProblemError, UsageError
-from sdaeverify.registry.discovery import load_file
+from sdaeverify.registry.discovery import entry_points, load_file, origin_of
 from sdaeverify.registry.load import PluginRow, Registry, load_registry
+from sdaeverify.registry.sources import plugin_sources
+from sdaeverify.workers.executors import crew_of
 
 Install = Callable[..., None]
 # The shipped plugins are left out where nothing is asked of them.
@@ -130,6 +136,19 @@ def hook(name: str, body: str) -> str:
 # Discovery
 
 
+def test_metadata_of_a_distribution_is_parsed_once(install: Install, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However many entry points it has: each of ten would cost a parse of the whole description."""
+    install("fake-dist", {}, {f"fake-{number}": "fake_plugin" for number in range(10)})
+    parsed, metadata_of = [], vars(metadata.Distribution)["metadata"].fget
+    counted = property(lambda self: (parsed.append(self), metadata_of(self))[1])
+    monkeypatch.setattr(metadata.PathDistribution, "metadata", counted)
+
+    origins = [origin_of(entry) for entry in entry_points() if entry.name.startswith("fake-")]
+
+    assert [(origin.distribution, origin.version) for origin in origins] == [("fake-dist", "1.0")] * 10
+    assert len(parsed) == len({*parsed})
+
+
 def test_entry_point_of_a_module(install: Install) -> None:
     """A module named by an entry point is one plugin, and its row counts what it registers."""
     install("fake-dist", {"fake_all.py": SCHEME + PROBLEM + MEASURE}, {"fake": "fake_all"}, version="2.5")
@@ -172,6 +191,67 @@ def test_entry_point_of_a_package(install: Install) -> None:
     ]
     assert row(registry, "fake.bad").reason == "ZeroDivisionError: division by zero (fake_package/bad.py:1)"
     assert {"fake-scheme"} <= registry.schemes.keys()
+
+
+COUNTING = MEASURE.replace("return (Question(),)", "CALLS.append(1); return (Question(),)") + "\nCALLS = []\n"
+
+
+def test_plugins_are_loaded_once_while_their_files_are_the_same(install: Install, tmp_path: Path) -> None:
+    """A second registry calls no hook again; after a change of the file and a reload of the module it does."""
+    install("fake-dist", {"fake_plugin.py": COUNTING}, {"fake": "fake_plugin"})
+    first, again = load_registry(environ=ALONE), load_registry(environ=ALONE)
+    plugin = sys.modules["fake_plugin"]
+    assert len(plugin.CALLS) == 1
+    assert first.measures == again.measures
+
+    file = tmp_path / "fake-dist" / "fake_plugin.py"
+    file.write_text(COUNTING.replace("fake-question", "fake-other-question"))
+    os.utime(file, (2e9, 2e9))
+    importlib.reload(plugin)
+
+    assert [*load_registry(environ=ALONE).measures] == ["fake-other-question"]
+
+
+def test_installed_plugins_do_not_depend_on_earlier_registries(install: Install) -> None:
+    """The same entry point is loaded anew with another environment, and from another place on the path."""
+    install("fake-dist", {"fake_plugin.py": MEASURE}, {"fake": "fake_plugin"})
+    assert load_registry(environ=ALONE).measures
+    assert not load_registry(environ={"SDAEVERIFY_DISABLED_PLUGINS": "sdaeverify,fake"}).measures
+
+    del sys.modules["fake_plugin"]
+    install("fake-dist-before", {"fake_plugin.py": PROBLEM}, {})
+
+    assert [*load_registry(environ=ALONE).problems] == ["fake-problem", "no-problem"]
+
+
+def test_plugin_is_loaded_once_its_library_is_installed(install: Install, tmp_path: Path) -> None:
+    """A new module in a folder of the path is looked for at the next load."""
+    code = f"""
+from importlib.util import find_spec
+from sdaeverify.errors import MissingLibraryError
+if find_spec("fake_library") is None:
+    raise MissingLibraryError("fake_library is not installed")
+{MEASURE}
+"""
+    install("fake-dist", {"fake_plugin.py": code}, {"fake": "fake_plugin"})
+    assert row(load_registry(environ=ALONE), "fake").status == "absent"
+
+    (tmp_path / "fake-dist" / "fake_library.py").touch()
+    os.utime(tmp_path / "fake-dist", (2e9, 2e9))
+
+    assert row(load_registry(environ=ALONE), "fake").status == "loaded"
+
+
+def test_broken_plugin_is_loaded_after_its_repair(install: Install, tmp_path: Path) -> None:
+    """It may be repaired in a file that the plugin reads, which nothing but another attempt shows."""
+    file = tmp_path / "it-is-there"
+    code = f"assert __import__('pathlib').Path({str(file)!r}).exists(), 'not yet'\n{MEASURE}"
+    install("fake-dist", {"fake_plugin.py": code}, {"fake": "fake_plugin"})
+    assert row(load_registry(environ=ALONE), "fake").status == "broken"
+
+    file.touch()
+
+    assert row(load_registry(environ=ALONE), "fake").status == "loaded"
 
 
 def test_plugin_without_its_library_is_left_out(install: Install) -> None:
@@ -251,8 +331,9 @@ def test_shipped_plugins_come_first(install: Install) -> None:
         ("import fake_missing", "ModuleNotFoundError: No module named 'fake_missing'"),
         ("x = = 1", "SyntaxError: invalid syntax (fake_plugin.py, line 1)"),
         ("raise SystemExit(3)", "SystemExit: 3"),
+        ("import os; os._exit(0)", "SystemExit: os._exit(0)"),
+        ("import sys; sys.stdout.close(); print(1)", "implements no hook"),
         ("", "implements no hook; expected one of sdaeverify_adaptive"),
-        (hook("sdaeverify_calibration", "return ['gbm']"), "sdaeverify_calibration expects each to be Calib"),
         (hook("sdaeverify_schemes", "yield 1 / 0"), "ZeroDivisionError: division by zero"),
         (hook("sdaeverify_schemes", "pass"), "sdaeverify_schemes returned None, expected an iterable"),
         (hook("sdaeverify_problems", "return 3"), "sdaeverify_problems returned 3, expected an iterable"),
@@ -614,6 +695,37 @@ def test_disabled_name_that_is_no_plugin(install: Install) -> None:
     assert registry.warnings == (
         "SDAEVERIFY_DISABLED_PLUGINS names 'fakepluk', which is no plugin; did you mean fakeplug?",
     )
+
+
+def test_every_entry_point_can_be_disabled(install: Install, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Names of sources, executors, hooks, functions and commands cause no warning, and are no longer offered."""
+    names = ["sdaeverify_adaptive", "wire", "dask", "orders", "hunt", "sdaeverify-planted"]
+    monkeypatch.setenv("SDAEVERIFY_DISABLED_PLUGINS", ",".join(names))
+
+    assert load_registry().warnings == ()
+    assert "wire" not in plugin_sources()
+    assert not hasattr(sdaeverify, "hunt")
+    with pytest.raises(UsageError, match="unknown executor 'dask'"), crew_of(1, None, Registry({}), "dask"):
+        pass
+
+
+def test_hook_of_a_disabled_plugin_registers_nothing(install: Install) -> None:
+    """The plugin that implements it is loaded, and the class of the hook's objects is not imported."""
+    odd = hook("sdaeverify_adaptive", "return ['gbm']")
+    install("fake-dist", {"fake_plugin.py": odd}, {"fake": "fake_plugin"})
+
+    reason = row(load_registry(environ={}), "fake").reason
+    assert reason.startswith("sdaeverify_adaptive expects each to be Adaptive, got ")
+    found = row(load_registry(environ={"SDAEVERIFY_DISABLED_PLUGINS": "sdaeverify_adaptive"}), "fake")
+    assert (found.status, found.further) == ("loaded", (("sdaeverify_adaptive", 0),))
+
+
+def test_file_that_is_named_and_disabled(tmp_path: Path) -> None:
+    """A contradiction between the command line and the environment is an error that names both."""
+    (tmp_path / "mine.py").write_text(SCHEME)
+
+    with pytest.raises(PluginError, match=r"mine\.py: SDAEVERIFY_DISABLED_PLUGINS disables mine; remove the name or"):
+        load_registry([tmp_path / "mine.py"], environ={"SDAEVERIFY_DISABLED_PLUGINS": "mine"})
 
 
 @pytest.mark.parametrize("switch", ["1", "YES", "true"])

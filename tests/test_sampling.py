@@ -5,7 +5,7 @@ import pytest
 
 from facade import FIRST_BLOCK, Brownian, EulerMaruyama, gbm
 from sdaeverify import SchemeError, UsageError, sample
-from sdaeverify.probing import Source
+from sdaeverify.studying import Source
 
 
 def test_paths_are_those_of_a_run():
@@ -15,7 +15,7 @@ def test_paths_are_those_of_a_run():
     x, source = [np.ones((1, 3))], Source(5, "gbm", 0, FIRST_BLOCK, 3)
     brownian = Brownian(source, 1, 1.0 / 8, 2, gbm().noise)
     for _, pieces in zip(range(8), brownian.pieces(), strict=False):
-        for dW in (dW for piece in pieces if piece.level == 2 for dW in piece.noise.dW):
+        for dW in (dW for level, noise in pieces if level == 2 for dW in noise.dW):
             x.append(x[-1] * (1.0 + 0.5 / 32 + 0.6 * dW))
     assert paths["x"] == pytest.approx(np.stack(x), rel=32 * 4 * np.finfo(float).eps)
     assert paths.times == pytest.approx(np.arange(33) / 32.0)

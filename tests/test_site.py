@@ -107,6 +107,13 @@ def test_everything_that_is_registered_has_a_page():
 
 
 @BUILT
+def test_the_site_is_small():
+    """All that is published, without the caches of the build, has less than 30 MB."""
+    files = [path for path in SITE.rglob("*") if path.is_file() and ".doctrees" not in path.parts]
+    assert sum(path.stat().st_size for path in files) < 30_000_000
+
+
+@BUILT
 @needs_chromium
 @pytest.mark.parametrize("name", PAGES)
 def test_a_page_is_shown_without_complaints(address, window, name):

@@ -6,7 +6,7 @@ from scipy import stats
 
 from facade import corrected_slope_weights, log_functional
 from sdaeverify.measuring import Estimate, group_sums, jackknife
-from sdaeverify.numerics import GROUPS, clopper_pearson, log_norms, slope_weights, tail
+from sdaeverify.numerics import GROUPS, Tail, clopper_pearson, log_norms, slope_weights
 
 X = np.log2(1.0 / np.array([8, 16, 32, 64, 128]))
 
@@ -85,7 +85,7 @@ def test_interval_is_students_widened_by_the_bias():
 
 def test_equal_errors_have_a_light_tail():
     """Equal errors use the whole sample."""
-    found = tail(100.0, 100.0, np.ones(10), 100)
+    found = Tail.of(100.0, 100.0, np.ones(10), 100)
 
     assert found.effective == 1.0
     assert not found.heavy
@@ -95,14 +95,14 @@ def test_one_dominating_path_is_a_heavy_tail():
     """A sum that rests on one path is flagged."""
     errors = np.r_[np.ones(99), 1000.0]
 
-    assert tail(errors.sum(), (errors**2).sum(), np.sort(errors)[::-1][:10], 100).heavy
+    assert Tail.of(errors.sum(), (errors**2).sum(), np.sort(errors)[::-1][:10], 100).heavy
 
 
 def test_hill_index_of_a_pareto_sample():
     """The Hill index of a Pareto tail is its exponent, within four standard errors."""
     errors = np.sort(np.random.default_rng(4).pareto(1.5, size=250_000) + 1.0)[::-1]
 
-    found = tail(errors.sum(), (errors**2).sum(), errors[:500], len(errors))
+    found = Tail.of(errors.sum(), (errors**2).sum(), errors[:500], len(errors))
 
     assert found.hill == pytest.approx(1.5, abs=4 * 1.5 / np.sqrt(500))
     assert found.heavy

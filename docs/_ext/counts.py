@@ -5,10 +5,8 @@ from pathlib import Path
 
 from sdaeverify import Settings
 from sdaeverify.contracts.claimed import MARGIN
-from sdaeverify.measures.invariant import TOLERANCE as INVARIANT_TOLERANCE
 from sdaeverify.measures.strong.findings import TOLERANCE as STRONG_TOLERANCE
 from sdaeverify.measures.weak.probe import TOLERANCE
-from sdaeverify.probe.local.strong_order import LEAST_Q1, LEAST_Q2
 from sdaeverify.registry.load import load_registry
 from sdaeverify.report.folders import read_verdicts
 from sdaeverify.testing import checks
@@ -39,9 +37,6 @@ def constants() -> dict[str, float]:
         "margin": MARGIN,
         "strong_tolerance": STRONG_TOLERANCE,
         "weak_tolerance": TOLERANCE,
-        "invariant_tolerance": INVARIANT_TOLERANCE,
-        "least_q1": LEAST_Q1,
-        "least_q2": LEAST_Q2,
         "deep_paths": DEEP_PATHS,
         "first_levels": Settings().first_levels,
     }

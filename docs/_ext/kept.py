@@ -46,13 +46,14 @@ def kept_pages(reports: Path) -> dict[str, str]:
 
 def _costs(known: Mapping[str, Any]) -> str:
     """Return what each command took."""
-    heads = ["command", "CPU time", "elapsed time", "cores", "exit code", "date"]
+    heads = ["command", "CPU time", "in units", "elapsed time", "cores", "exit code", "date"]
     return table(
         heads,
         (
             [
                 f"`{run['command']}`",
                 f"{run['cpu_seconds']:.0f} s",
+                f"{run['cpu_seconds'] / run['unit_seconds']:.0f}" if "unit_seconds" in run else "",
                 f"{run['wall_seconds']:.0f} s",
                 str(run["cores"]),
                 str(run["exit_code"]),

@@ -12,22 +12,23 @@ ROOMS = {
     "sdaeverify": "sdaeverify: schemes, problems, runs",
     "sdaeverify.measuring": "sdaeverify.measuring: for authors of measures",
     "sdaeverify.probing": "sdaeverify.probing: for authors of measures that probe one step",
-    "sdaeverify.path_errors": "sdaeverify.path_errors: for authors of measures of errors along paths",
     "sdaeverify.testing": "sdaeverify.testing: checks and claims as tests",
     "sdaeverify.numerics": "sdaeverify.numerics: small numerical tools",
     "sdaeverify.commands": "sdaeverify.commands: for authors of commands",
     "sdaeverify.studying": "sdaeverify.studying: plans, noise and the time loop",
-    "sdaeverify.trees": "sdaeverify.trees: order conditions of a form of one's own",
+    "sdaeverify.trees": "sdaeverify.trees: classes of equations of a form of one's own",
     "sdaeverify.errors": "sdaeverify.errors: what is raised",
     "sdaeverify_bridges.kit": "sdaeverify_bridges.kit: steps of other libraries",
-    "sdaeverify_papers": "sdaeverify_papers: experiments of papers",
+    "sdaeverify_hunt": "sdaeverify_hunt: counterexamples among random problems",
+    "sdaeverify_orders": "sdaeverify_orders: claims about classes of equations",
+    "sdaeverify_lab.papers": "sdaeverify_lab.papers: experiments of papers",
     "sdaeverify_lab": "sdaeverify_lab: planted bugs and calibration cases",
     "sdaeverify_sealed": "sdaeverify_sealed: solvers that draw their own random numbers",
     "sdaeverify_wire": "sdaeverify_wire: programs in other languages",
 }
 # Groups of the first room, by the module that has a name; the first that fits.
 GROUPS = {
-    "Run and look": ("sdaeverify.api", "sdaeverify.report", "sdaeverify.trees", "sdaeverify.testing"),
+    "Run and look": ("sdaeverify.api", "sdaeverify.report", "sdaeverify.testing"),
     "Write a scheme": ("sdaeverify.contracts", "sdaeverify.registry"),
     "What is known of a problem": ("sdaeverify.forms.truths", "sdaeverify.forms.controls", "sdaeverify.forms.traits"),
     "Forms of equations": ("sdaeverify.forms",),
@@ -53,7 +54,8 @@ def _own(room: str) -> list[str]:
 
 
 def _home(thing: Any, name: str) -> str:
-    return next(room for room in ROOMS if getattr(import_module(room), name, None) is thing)
+    rooms = (import_module(room) for room in ROOMS if name in import_module(room).__all__)
+    return next(room.__name__ for room in rooms if getattr(room, name) is thing)
 
 
 def _file(room: str, name: str) -> str:

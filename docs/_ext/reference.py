@@ -143,6 +143,9 @@ GROUPS = {
     "sdaeverify.lab": "Modules whose hooks are loaded only by some commands.",
     "sdaeverify.hooks": "Hooks defined by plugins, with the class of their results.",
     "sdaeverify.commands": "Commands of click.",
+    "sdaeverify.classes": "Tests of claims about classes of equations: a `sdaeverify.studying.ClassTests`.",
+    "sdaeverify.hunts": "The search of a gate for counterexamples: a function that returns its part of `gate.json`.",
+    "sdaeverify.functions": "Functions that are attributes of `sdaeverify`.",
     "sdaeverify.executors": "Context managers that yield an executor for `--executor NAME`.",
     "console_scripts": "The command.",
 }

@@ -1,12 +1,12 @@
-"""How each mistake that the kit finds is repaired, by the name of the check."""
+"""Repairs of the mistakes that the kit finds, by the name of the check."""
 
 SCHEME = {
     "declaration": "Write `@dataclass(frozen=True)` above the class, give it `name`, `form` and `claims`, and "
     "each parameter a default that is a bool, an int, a float or a str.",
-    "label": "Let each field of the dataclass be a parameter with a default, and compute nothing from it that "
-    "`==` would see.",
-    "pickle": "Keep parameters only in fields. What is computed from them belongs into `prepare(problem, h)` or"
-    " a `cached_property`, and is left out of `==`.",
+    "label": "Make each field of the dataclass a parameter with a default. Values computed from it must not "
+    "take part in `==`.",
+    "pickle": "Keep only parameters in fields. Compute derived values in `prepare(problem, h)` or in a "
+    "`cached_property`, which `==` ignores.",
     "frozen": "Write `@dataclass(frozen=True)`, and do not override `__setattr__`.",
     "docstring": "Write the formula of the step as the first line of the class.",
     "source": "Set `source` to the paper and the number of the equation, or to `measured`.",
@@ -16,15 +16,15 @@ SCHEME = {
     "wrong, or a Brownian motion is left out. If the scheme supports one Brownian motion only, say so in "
     "`refuses`.",
     "inputs-untouched": "Write `state = state + ...`, not `state += ...`; copy an array before you change it.",
-    "state-like-its-own": "Return arrays of the shape and type that came in: keep the last axis, and float64.",
-    "any-number-of-paths": "Use no fixed number of paths: index from the front, `state[0]`, and let the last "
-    "axis be.",
+    "state-like-its-own": "Return arrays of the shape and type of the given state: keep the last axis, and float64.",
+    "any-number-of-paths": "Use no fixed number of paths: index from the front, `state[0]`, and leave the last "
+    "axis unchanged.",
     "finite": "Return `Step(state, failed=mask)` for paths on which the step has no solution, and guard divisions.",
     "same-call-same-bits": "Take all randomness from `noise`, keep no counter and no cache in the scheme.",
     "paths-in-any-order": "Do not use the position of a path in the batch, `np.arange(paths)` for example.",
-    "paths-alone": "Take no mean, maximum or norm over the last axis; end an iteration for each path by itself.",
-    "any-number-of-steps": "Let a step depend on `h` smoothly, and on no number of steps.",
-    "declared-noise-only": 'Name what the step uses: `noise = frozenset({"dW", "H"})`.',
+    "paths-alone": "Take no mean, maximum or norm over the last axis; end an iteration for each path separately.",
+    "any-number-of-steps": "Let a step depend smoothly on `h`, and not on the number of steps of a run.",
+    "declared-noise-only": 'Declare all noise that the step uses: `noise = frozenset({"dW", "H"})`.',
     "equation-alone": "Use the coefficients of the problem, not its source, observables or truths.",
     "noise-is-used": "Use `noise.dW` with its sign. If the law of the noise is your own, set `law`.",
     "own-memory": "Return a new array: `noise.dW.copy()`, or an expression, not a view of the noise.",
@@ -42,8 +42,8 @@ PROBLEM = {
     "in-matrix": "Correct the parameters, schemes or measures in `@in_matrix(...)`.",
     "relaxation": "Give `relaxation_time` together with an `InvariantMean`, or neither of them.",
     "consistent-start": "Start on the constraint: g(r) = 0, Dg(r) v = 0 and u = 0 to rounding. Compute the "
-    "start, do not type it.",
-    "observables": "Return one number a path: sum over the first axis, keep the last one.",
+    "initial values instead of typing rounded ones.",
+    "observables": "Return one number for each path: sum over the first axis, keep the last one.",
     "path-by-path": "Take no mean, maximum or norm over the last axis in a coefficient.",
     "finite-in-time": "Look for a division by zero, a root or a logarithm in the coefficient at the named time.",
     "diffusion-product": "Correct `diffusion_product`, or leave it out: it is then the product with the matrix.",
@@ -59,10 +59,10 @@ PROBLEM = {
     "algebraic-solution": "Correct `solved`, or iterate further: u must be 0 to rounding.",
     "constraints-kept": "Add Ito's term to the drift, (1/2) sum_j DB_j B_j, if the equation is Stratonovich's; "
     "check that the columns of the diffusion are tangent.",
-    "view-equals-form": "Do not override how the form becomes an SDE, or correct what you changed.",
+    "view-equals-form": "Do not override the conversion of the form to an SDE, or correct the override.",
     "traits": "Remove the trait, or correct the coefficient that contradicts it.",
-    "chart": "Let `read` be the inverse of `embed`, and choose limits that hold the start.",
-    "moments-start": "Let the moment at time 0 be the observable at the start.",
+    "chart": "Let `read` be the inverse of `embed`, and choose limits that include the initial state.",
+    "moments-start": "At time 0, let the moment return the observable at the initial state.",
     "moments-rate": "Derive the moment again by Ito's formula; the sign or the factor 1/2 of the noise is the "
     "usual mistake.",
     "moments-settle": "One of moment, invariant mean and relaxation time is wrong: compare the limits by hand.",
@@ -70,12 +70,11 @@ PROBLEM = {
     "solution-start": "Let `parts` return the names of the problem's components, with the values of the start "
     "at time 0.",
     "solution-step": "Return a new array of the same shape from `advance`; write nothing into its arguments.",
-    "solution-still": "With h = 0 and no noise `advance` must return what it was given: look for a term without"
-    " h or dW.",
+    "solution-still": "With h = 0 and zero noise, `advance` must return its input: look for a term without h or dW.",
     "solution-simulated": "The solution belongs to another equation: compare its parameters, and Ito with "
     "Stratonovich.",
     "solution-averaged": "Solution or moment is wrong. The check `moments-simulated` says whether it is the moment.",
-    "controls": "Choose a positive control that has the order on this problem, and a negative one that has not:"
-    " run both with `matrix -p PROBLEM` first.",
+    "controls": "Choose a positive control that has the order on this problem, and a negative control that does not "
+    "have it: run both with `matrix -p PROBLEM` first.",
 }
 REPAIRS = {"scheme": SCHEME, "problem": PROBLEM}

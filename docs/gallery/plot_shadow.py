@@ -11,7 +11,8 @@ from typing import ClassVar
 import numpy as np
 from matplotlib import pyplot as plt
 
-from sdaeverify import SDE, Claim, Scheme, Step, modified_equations, orders
+from sdaeverify import SDE, Claim, Scheme, Step
+from sdaeverify_orders import modified_equations, orders
 
 (shadow,) = modified_equations("euler-maruyama", "overdamped-gradient")
 [(str(term.forest[0]), round(term.value, 6)) for term in shadow.drift]

@@ -16,7 +16,8 @@ from typing import ClassVar
 import numpy as np
 from matplotlib import pyplot as plt
 
-from sdaeverify import SDE, THREE_POINT, Claim, Law, Scheme, Step, orders, verify
+from sdaeverify import SDE, THREE_POINT, Claim, Law, Scheme, Step, verify
+from sdaeverify_orders import orders
 
 
 class SlippedPlaten(Scheme):

@@ -21,7 +21,8 @@ from pathlib import Path
 from matplotlib import pyplot as plt
 
 import sdaeverify_wire
-from sdaeverify import orders, verify
+from sdaeverify import verify
+from sdaeverify_orders import orders
 from sdaeverify_wire import scheme_of
 
 COMPILER = shutil.which("gcc")

@@ -2,11 +2,12 @@
 
 import json
 import time
+from dataclasses import replace
 from typing import Any
 
 import click
 
-from sdaeverify import UsageError
+from sdaeverify import Settings, UsageError
 from sdaeverify.commands import (
     ExitCode,
     code_of_verdicts,
@@ -14,13 +15,17 @@ from sdaeverify.commands import (
     conclude,
     load_and_warn,
     options,
+    output,
+    print_texts,
+    require_run_folder,
     run_on_workers,
+    save_results,
 )
 from sdaeverify.measuring import Verdict
 from sdaeverify.studying import select_problems
+from sdaeverify_solvers import print_rows, records, select_solvers
 
-from .pairs import select_solvers
-from .row_table import print_rows, records
+from .examination import AdaptiveWork
 from .run import HOOK, KIND, PROBLEMS, AdaptiveRun, cells, work_of
 from .sample import Budget
 
@@ -41,6 +46,7 @@ SILENT = {Verdict.VERIFIED, Verdict.NOT_APPLICABLE}
 @options.seed
 @options.jobs
 @options.progress_of_cells
+@options.run_folder
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each row.")
 @options.plugins
 def adaptive(**asked: Any) -> ExitCode:
@@ -55,9 +61,14 @@ def adaptive(**asked: Any) -> ExitCode:
     solvers = select_solvers(registry, HOOK, KIND, asked["solvers"])
     pairs, why = cells(solvers, select_problems(registry, asked["problems"] or PROBLEMS))
     run = AdaptiveRun(pairs, budget)
+    if asked["out"] is not None:
+        require_run_folder(asked["out"])
     if (ended := run_on_workers(run, asked["jobs"], registry, asked["progress"])) is not ExitCode.OK:
         return ended
-    found = run.rows
+    found, kept = run.rows, list[str]()
+    if asked["out"] is not None:
+        settings = replace(Settings(), paths=budget.paths, seed=budget.seed)
+        kept = [save_results(asked["out"], AdaptiveWork(run, tuple(why)), registry, settings)]
     code = code_of_verdicts(row.finding.verdict for row in found)
     if asked["as_json"]:
         work = {id(cell): work_of(each) for cell, each in run.known}
@@ -65,6 +76,7 @@ def adaptive(**asked: Any) -> ExitCode:
         click.echo(json.dumps([*told], indent=2))
         return code
     print_rows(found, why, SILENT)
+    print_texts(output(), kept)
     return conclude(code, time.monotonic() - begun)
 
 

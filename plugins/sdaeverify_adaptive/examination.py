@@ -11,9 +11,9 @@ from sdaeverify import Claim, Settings, UsageError, hookimpl
 from sdaeverify.measuring import Finding, LevelFinding, Measure, Method, Reason, Verdict, group_sums, jackknife
 from sdaeverify.studying import Cell as StudyCell
 from sdaeverify.studying import CellResult, Examination, Registry, select_problems
+from sdaeverify_solvers import Row, SolverWork, select_solvers
 
 from .judging import STEPS, parts
-from .pairs import Row, SolverWork, select_solvers
 from .run import HOOK, KIND, PROBLEMS, AdaptiveRun, Cell, Measured, cells, claims_of
 from .sample import Budget
 

@@ -1,8 +1,7 @@
 """From a sample to findings on claims about tolerances, by the tests of all other measures."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,25 +12,19 @@ from sdaeverify.measuring import (
     Coverage,
     Estimate,
     Evidence,
-    Finding,
     Kind,
-    Method,
-    Opinion,
     Order,
     PathTests,
     Reason,
     Tally,
-    Verdict,
     coverage,
-    decide,
-    finding,
     group_sums,
     jackknife,
     order_tests,
     with_sample,
 )
-from sdaeverify.numerics import log_norms, slope_weights, tail
-from sdaeverify.studying import holm
+from sdaeverify.numerics import Tail, log_norms, slope_weights
+from sdaeverify_solvers import Asked
 
 from .limits import Limit, limit
 from .sample import Sample
@@ -39,28 +32,6 @@ from .sample import Sample
 RATE, STEPS, LAW = "tolerance", "tolerance-steps", "tolerance-law"
 EPS = float(np.finfo(float).eps)
 LARGEST = 20
-
-
-class Asked(NamedTuple):
-    """A claim with its tests on paths, before the correction for all tests of a run.
-
-    Attributes
-    ----------
-    measure : str
-    covered : Coverage
-    tests : PathTests
-    estimate : Estimate
-    resolution : float
-        Largest undetected error of the limit, as part of the quantity's size; NaN if the limit is not tested.
-    evidence : Evidence
-    """
-
-    measure: str
-    covered: Coverage
-    tests: PathTests
-    estimate: Estimate
-    resolution: float
-    evidence: Evidence
 
 
 @dataclass(frozen=True)
@@ -129,7 +100,7 @@ def _of_rate(question: Question, measure: str, covered: Coverage, rows: slice) -
     assert claim is not None
     nothing = Estimate(np.nan, np.nan)
     if len(use) < FEWEST:
-        few = f"tolerances with 16 steps or more on average: {len(use)}, {FEWEST} needed; use smaller ones"
+        few = f"a rate needs {FEWEST} tolerances with at least 16 steps, got {len(use)}: use smaller tolerances"
         return Asked(measure, covered, PathTests.none(few), nothing, np.nan, evidence)
     if not isinstance(claim.value, Order):
         return Asked(measure, covered, PathTests.none("only an order can be tested"), nothing, np.nan, evidence)
@@ -228,7 +199,7 @@ def with_limits(tests: PathTests, limits: Sequence[Limit]) -> PathTests:
 def is_heavy(squares: Array) -> bool:
     """Return whether a mean of squared errors, shape (P,), is dominated by few paths."""
     largest = np.sort(squares)[::-1][: max(LARGEST, int(np.sqrt(len(squares))))]
-    return tail(float(squares.sum()), float((squares**2).sum()), largest, len(squares)).heavy
+    return Tail.of(float(squares.sum()), float((squares**2).sum()), largest, len(squares)).heavy
 
 
 def _of_law(question: Question, covered: Coverage, truth: Moment) -> Asked:
@@ -277,37 +248,3 @@ def bound_tests(bias: Estimate, most: float, evidence: Evidence) -> PathTests:
     inside = max(bias.p_above(-most), bias.p_below(most))
     outside = min(1.0, 2.0 * min(bias.p_above(most), bias.p_below(-most)))
     return PathTests(inside, outside, reason, bias.growth_to_decide(np.copysign(most, bias.value), evidence.level))
-
-
-def judge(asked: Sequence[Asked], confidence: float = Settings().confidence) -> list[Finding]:
-    """Return the findings of a run, with verdicts corrected for all of its tests by Holm's procedure.
-
-    Parameters
-    ----------
-    asked : sequence of Asked
-    confidence : float, optional
-        One minus the probability of any false verdict.
-    """
-    alpha = 1.0 - confidence
-    level = alpha / max(len(asked), 1)
-    refuted = holm({(i, 0): each.tests.refuted for i, each in enumerate(asked)}, alpha)
-    verified = holm({(i, 0): each.tests.verified for i, each in enumerate(asked)}, alpha)
-    return [
-        _found(each, _opinion(each, level, refuted=(i, 0) in refuted, verified=(i, 0) in verified))
-        for i, each in enumerate(asked)
-    ]
-
-
-def _opinion(asked: Asked, level: float, *, refuted: bool, verified: bool) -> Opinion:
-    opinion = decide(asked.tests, replace(asked.evidence, level=level))
-    if refuted:
-        return opinion._replace(verdict=Verdict.REFUTED)
-    if verified and Verdict.VERIFIED not in opinion.excluded:
-        return opinion._replace(verdict=Verdict.VERIFIED)
-    return opinion
-
-
-def _found(asked: Asked, opinion: Opinion) -> Finding:
-    low, high = asked.estimate.interval(asked.evidence.settings.confidence)
-    found = finding(asked.covered, opinion, estimate=asked.estimate.value, method=Method("paths", 3))
-    return replace(found, low=low, high=high, resolution=asked.resolution)

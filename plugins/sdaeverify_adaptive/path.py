@@ -1,9 +1,9 @@
 """A Brownian path with random access: repeated evaluations at any time, in any order, agree bit for bit.
 
 Time is counted in ticks, 2^20 up to the horizon. On the grid of 2^13 steps the path is that of the package's noise
-source. A time between grid points is reached by repeated halving, as in `refine`, with normal variables that are a
-hash of the position of the half. Therefore W and int W ds at a tick are functions of the address and of the tick
-alone. Times between two ticks are refused.
+source. A time between grid points is reached by repeated halving, as in `LevelNoise.halved`, with normal variables
+that are a hash of the position of the half. Therefore W and int W ds at a tick are functions of the address and of
+the tick alone. Times between two ticks are refused.
 """
 
 from dataclasses import dataclass, replace
@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdaeverify import Array, Increment, UsageError
-from sdaeverify.probing import brownian_steps
-from sdaeverify.studying import LevelNoise, Source, refine
+from sdaeverify.studying import Brownian, LevelNoise, Source
 
 from .hashed import key_of, normals
 
@@ -140,7 +139,7 @@ class Path:
         while np.any(rest):
             dW, H = _fields(known)
             xi = normals(self.key, node, rows, (2, 1, self.dimension))
-            fine = refine(LevelNoise(dW[None], H[None]), h, xi)
+            fine = LevelNoise(dW[None], H[None]).halved(h, xi)
             h, size = 0.5 * h, size // 2
             left, right = fine.increment(0), fine.increment(1)
             later = rest >= size
@@ -189,7 +188,7 @@ def brownian_path(source: Source, dimension: int, horizon: float) -> Path:
     """
     paths, h = source.used or source.paths, horizon / GRID
     W, J = np.zeros((2, GRID + 1, paths, dimension))
-    steps = islice(brownian_steps(source, dimension, horizon / COARSEST, LEVEL), COARSEST)
+    steps = islice(Brownian(source, dimension, horizon / COARSEST, LEVEL).steps(), COARSEST)
     for begin, levels in enumerate(steps):
         part = slice(begin * 2**LEVEL + 1, (begin + 1) * 2**LEVEL + 1)
         dW, H = _fields(levels[-1])

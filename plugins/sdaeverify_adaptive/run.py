@@ -11,11 +11,11 @@ from sdaeverify import Array, Claim, Problem, Settings
 from sdaeverify.errors import FAULTS, one_line
 from sdaeverify.measuring import Finding, Opinion, Reason, Verdict
 from sdaeverify.studying import ProblemSpec, Source, one_thread
+from sdaeverify_solvers import Asked, PairRun, Row, judge
 
 from .checks import Answer, check
 from .contract import Adaptive
-from .judging import LAW, RATE, STEPS, Asked, Question, ask, judge
-from .pairs import PairRun, Row
+from .judging import LAW, RATE, STEPS, Question, ask
 from .path import brownian_path
 from .sample import Budget, Runs, Sample, measure, why_not
 

@@ -13,8 +13,9 @@ import scipy
 from sdaeverify import Array
 from sdaeverify.measuring import Coverage, Estimate, PathTests, Reason
 from sdaeverify.numerics import GROUPS
+from sdaeverify_solvers import Asked
 
-from .judging import Asked, Question
+from .judging import Question
 from .sample import Look, Plan, Runner, digest_of
 
 SEEDS, REPEATS, SPREAD, MOTIONS = "own seeds", "same seed", "standard errors", "Brownian motion"

@@ -2,11 +2,12 @@
 
 import json
 import time
+from dataclasses import replace
 from typing import Any
 
 import click
 
-from sdaeverify import UsageError
+from sdaeverify import Settings, UsageError
 from sdaeverify.commands import (
     ExitCode,
     code_of_verdicts,
@@ -14,12 +15,17 @@ from sdaeverify.commands import (
     conclude,
     load_and_warn,
     options,
+    output,
+    print_texts,
+    require_run_folder,
     run_on_workers,
+    save_results,
 )
 from sdaeverify.measuring import Verdict
 from sdaeverify.studying import select_problems
-from sdaeverify_adaptive.row_table import print_rows, records
+from sdaeverify_solvers import print_rows, records
 
+from .examination import SealedWork
 from .run import PROBLEMS, SealedRun, cells, select_solvers
 from .sample import Budget
 
@@ -32,36 +38,43 @@ SILENT = {Verdict.VERIFIED}
 @click.option(
     "-p", "--problems", multiple=True, metavar="PATTERN", help=f"Problems.  [default: {', '.join(PROBLEMS)}]"
 )
-@options.once("--paths", type=int, default=Budget().paths, help="Most paths at each step size.")
-@options.once("--looks", type=int, default=Budget().looks, help="How often at most a claim is judged.")
+@options.once("--paths", type=int, default=Budget().paths, help="Largest number of paths at each step size.")
+@options.once("--looks", type=int, default=Budget().looks, help="Largest number of times that a claim is judged.")
 @options.once(
     "--steps", metavar="LIST", help="Steps to the horizon, such as 4,8,16.  [default: those of each solver]"
 )
 @options.seed
 @options.jobs
 @options.progress_of_cells
+@options.run_folder
 @click.option("--json", "as_json", is_flag=True, help="For programs: a list of objects, one for each row.")
 @options.plugins
 def sealed(**asked: Any) -> ExitCode:
-    """Run solvers that draw their own random numbers, and judge the law of what they return.
+    """Run solvers that draw their own random numbers, and judge the law of their results.
 
-    SOLVER is a name, with parameters or as a glob; all but planted ones and those of other libraries if left out. A
-    claim about `weak` is of the errors of observables at the horizon, one about `invariant` of those of stationary
-    means: an order in h, or `unbiased` within a bound. Each step size has runs and seeds of its own.
+    SOLVER is a name, with parameters or as a glob; by default all except planted ones and those of other libraries. A
+    claim about `weak` concerns errors of observables at the final time, one about `invariant` errors of stationary
+    means: an order in h, or `unbiased` within a bound. Each step size has separate runs and seeds.
     """
     begun, registry = time.monotonic(), load_and_warn(asked["plugins"], lab=True)
     budget = Budget(asked["paths"], asked["looks"], _numbers(asked["steps"]), asked["seed"])
     solvers = select_solvers(registry, asked["solvers"])
     pairs, why = cells(solvers, select_problems(registry, asked["problems"] or PROBLEMS), budget)
     run = SealedRun(pairs, budget)
+    if asked["out"] is not None:
+        require_run_folder(asked["out"])
     if (ended := run_on_workers(run, asked["jobs"], registry, asked["progress"])) is not ExitCode.OK:
         return ended
-    found = run.rows
+    found, kept = run.rows, list[str]()
+    if asked["out"] is not None:
+        settings = replace(Settings(), paths=budget.paths, seed=budget.seed)
+        kept = [save_results(asked["out"], SealedWork(run, tuple(why)), registry, settings)]
     code = code_of_verdicts(row.finding.verdict for row in found)
     if asked["as_json"]:
         click.echo(json.dumps([*records(found)], indent=2))
         return code
     print_rows(found, why, SILENT)
+    print_texts(output(), kept)
     return conclude(code, time.monotonic() - begun)
 
 

@@ -10,7 +10,7 @@ from sdaeverify import Claim, Settings, UsageError, hookimpl
 from sdaeverify.measuring import Finding, LevelFinding, Measure, Method, Reason, Verdict
 from sdaeverify.studying import Cell as StudyCell
 from sdaeverify.studying import CellResult, Examination, Registry, select_problems
-from sdaeverify_adaptive.pairs import Row, SolverWork
+from sdaeverify_solvers import Row, SolverWork
 
 from .judging import mean_of
 from .run import PROBLEMS, Cell, Measured, SealedRun, cells, select_solvers

@@ -37,12 +37,10 @@ from sdaeverify.measuring import (
 from sdaeverify.numerics import GROUPS, outweighs, sample_growth, slope_weights
 from sdaeverify.probing import why_not_resolved
 from sdaeverify.studying import RESOLVED
-from sdaeverify_adaptive.judging import Asked, judge
+from sdaeverify_solvers import Asked
 
 from .contract import Sealed
 from .sample import Sample
-
-__all__ = ["Asked", "Question", "ask", "judge"]
 
 # Half of the least order that a scheme can have: of an error that falls more slowly it is said that it does not fall.
 LIMIT = 0.25

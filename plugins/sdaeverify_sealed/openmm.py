@@ -32,6 +32,7 @@ ENERGIES: dict[str, Callable[[Array], Array]] = {
     "x^2/2": lambda x: -x,
     "x^4/4": lambda x: -(x**3),
     "-cos(x)": lambda x: -np.sin(x),
+    "log(cosh(2*x))": lambda x: -2.0 * np.tanh(2.0 * x),
 }
 POINTS = np.linspace(-2.0, 2.0, 33)
 PAGE = "https://docs.openmm.org/latest/api-python/generated/openmm.openmm.LangevinMiddleIntegrator.html"

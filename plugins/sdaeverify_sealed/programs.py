@@ -18,7 +18,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sdaeverify import Array, Claim, Problem, SchemeError
-from sdaeverify_wire.program import WITH_PARENT, split_command
 
 from .contract import Sealed, rows_of
 
@@ -42,6 +41,8 @@ class _Program(Sealed):
     def run(self, problem: Problem, h: float, T: float, paths: int, seed: int) -> Array:
         """Run the program, and return the states that it writes."""
         words = (f"h={h!r}", f"T={T!r}", f"paths={paths}", f"seed={seed}")
+        from sdaeverify_wire.program import WITH_PARENT  # noqa: PLC0415 - functions are judged without the wire, too
+
         guard = shutil.which(WITH_PARENT[0])
         with_parent = (guard, *WITH_PARENT[1:], "--") if guard else ()
         shown = shlex.join([Path(self.command[0]).name, *self.command[1:], *words])
@@ -106,6 +107,8 @@ def program(
     UsageError
         If there is no such program.
     """
+    from sdaeverify_wire.calling import split_command  # noqa: PLC0415 - functions are judged without the wire, too
+
     return _restored(name, split_command(command), tuple(problems), tuple(claims), declared)
 
 

@@ -8,8 +8,7 @@ import numpy as np
 from sdaeverify import Array, InvariantMean, Moment, Pathwise, Problem
 from sdaeverify.measuring import group_sums
 from sdaeverify.numerics import GROUPS
-from sdaeverify.probing import brownian_steps
-from sdaeverify.studying import Source
+from sdaeverify.studying import Brownian, Source
 
 # The measures that a sealed solver claims something of.
 WEAK, INVARIANT = "weak", "invariant"
@@ -108,7 +107,7 @@ def _ends(problem: Problem, known: Pathwise, source: Source) -> list[Array]:
     steps = EXACT if known.exact else FINE // 2
     h, rng = problem.horizon / steps, source.stream("extra normals", 0)
     states = [known.start(source.paths) for _ in range(2)]
-    for number, levels in enumerate(brownian_steps(source, problem.noise_dim, h, 1, frozenset(problem.noise))):
+    for number, levels in enumerate(Brownian(source, problem.noise_dim, h, 1, frozenset(problem.noise)).steps()):
         if number == steps:
             break
         for level, noise in enumerate(levels):

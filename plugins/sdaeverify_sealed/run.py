@@ -12,12 +12,12 @@ from sdaeverify import Problem, Settings
 from sdaeverify.errors import FAULTS, one_line
 from sdaeverify.measuring import Finding, Kind, Opinion, Reason, Verdict
 from sdaeverify.studying import ProblemSpec, Registry, Source, one_thread
-from sdaeverify_adaptive.pairs import PairRun, Row
-from sdaeverify_adaptive.pairs import select_solvers as select_by_label
+from sdaeverify_solvers import Asked, PairRun, Row, judge
+from sdaeverify_solvers import select_solvers as select_by_label
 
 from .checks import MOTIONS, REPEATS, SEEDS, Answer, check_repeats, check_seeds, statistical
 from .contract import Sealed
-from .judging import Asked, Question, ask, is_decided, judge
+from .judging import Question, ask, is_decided
 from .references import WEAK
 from .sample import Budget, Plan, Runner, Sample, check_steps, plans, samples
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdaeverify import Array, InvariantMean, Parts, Problem, SchemeError, Settings, UsageError
-from sdaeverify.numerics import GROUPS, tail
+from sdaeverify.numerics import GROUPS, Tail
 from sdaeverify.studying import DEEP_PATHS, Source
 
 from .contract import Ends, Means, Sealed, checked
@@ -308,7 +308,7 @@ def is_heavy(squares: Array) -> bool:
     if not squares.any():
         return False
     largest = np.sort(squares)[::-1][: max(LARGEST, int(np.sqrt(len(squares))))]
-    return tail(float(squares.sum()), float((squares**2).sum()), largest, len(squares)).heavy
+    return Tail.of(float(squares.sum()), float((squares**2).sum()), largest, len(squares)).heavy
 
 
 def digest_of(found: Ends | Means) -> str:

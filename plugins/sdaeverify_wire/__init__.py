@@ -1,6 +1,7 @@
 """Solvers in any language as schemes: a program reads steps on its stdin and writes new states on its stdout.
 
-Two lines are a plugin file, which every command takes with ``--plugin``, and a table of the gate with ``plugins``::
+Commands take a program with ``--wire COMMAND``, and a policy with the table ``[tool.sdaeverify.wire]``. A plugin file
+of two lines registers programs, too::
 
     from sdaeverify_wire import schemes
 

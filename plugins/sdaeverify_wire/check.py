@@ -1,6 +1,5 @@
 """Checks of ``wire --check`` on a program, with one line for each result."""
 
-import shlex
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -9,8 +8,8 @@ import numpy as np
 
 from sdaeverify import Increment, Problem, SchemeError
 
+from .calling import Calling
 from .hello import greet
-from .program import Program
 from .scheme import Wired, fields_of, restored, session_of
 from .transcript import GOLDEN, read, replay
 
@@ -20,13 +19,12 @@ H = 2.0**-6
 PAUSE = 0.1
 
 
-def checked(command: tuple[str, ...], patience: float, *, golden: bool) -> Iterator[str]:
+def checked(calling: Calling, *, golden: bool) -> Iterator[str]:
     """Yield a line for each verified property of a program.
 
     Parameters
     ----------
-    command : tuple of str
-    patience : float
+    calling : Calling
     golden : bool
         Whether the program must reproduce the golden transcript.
 
@@ -36,8 +34,8 @@ def checked(command: tuple[str, ...], patience: float, *, golden: bool) -> Itera
         At the first property that the program lacks.
     """
     if golden:
-        yield _golden(command, patience)
-    program = Program(command, patience)
+        yield _golden(calling)
+    program = calling.connect()
     hello = greet(program)
     claims = [f"{claim.measure} {claim}" for claim in hello.claims]
     yield f"hello: {hello.name} for {' or '.join(hello.form)}, given {', '.join(sorted(hello.noise))}"
@@ -45,14 +43,14 @@ def checked(command: tuple[str, ...], patience: float, *, golden: bool) -> Itera
     code = program.finish()
     if code != 0:
         how = "does not end" if code is None else f"ends with exit code {code}"
-        raise program.failure(f"{how} when its stdin is closed, expected exit code 0")
+        raise program.failure(f"{how} when its input is closed, expected exit code 0 or a closed connection")
     program.close()
-    yield "end: it ends when its stdin is closed"
-    yield from _steps(restored(command, hello, patience))
+    yield "end: it ends when its input is closed"
+    yield from _steps(restored(calling, hello))
 
 
-def _golden(command: tuple[str, ...], patience: float) -> str:
-    program = Program(command, patience)
+def _golden(calling: Calling) -> str:
+    program = calling.connect()
     try:
         return f"transcript: {replay(program, read(GOLDEN.read_bytes()))} answers are those of the golden transcript"
     finally:
@@ -68,7 +66,7 @@ def _steps(scheme: Wired) -> Iterator[str]:
         whole = problem.drawn(np.random.default_rng(1), H, PATHS[-1])
         made = {paths: _step(scheme, problem, whole, paths) for paths in PATHS}
     finally:
-        session_of(scheme.command, scheme.patience).drop()
+        session_of(scheme.calling).drop()
     last = made[PATHS[-1]]
     if not all(np.isfinite(array).all() for array in last.values()):
         raise SchemeError(f"{scheme.name}: a step of a trivial problem is not finite")
@@ -95,8 +93,3 @@ def _step(scheme: Wired, problem: Any, noise: Increment, paths: int) -> dict[str
     # Extra output after an answer then arrives before the next step, which reports it.
     time.sleep(PAUSE)
     return found
-
-
-def advice(command: tuple[str, ...]) -> list[str]:
-    """Return the lines of a plugin file for a program."""
-    return ["from sdaeverify_wire import schemes", "", f"sdaeverify_schemes = schemes({shlex.join(command)!r})"]

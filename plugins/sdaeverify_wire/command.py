@@ -1,5 +1,6 @@
 """``wire``: check a program that speaks the wire protocol, and print the client files."""
 
+import shlex
 from pathlib import Path
 
 import click
@@ -7,8 +8,8 @@ import click
 from sdaeverify import UsageError
 from sdaeverify.commands import ExitCode, escape, options, output, print_texts
 
-from .check import advice, checked
-from .program import split_command
+from .calling import Calling
+from .check import checked
 from .scheme import PATIENCE
 
 FOLDER = Path(__file__).parent / "clients"
@@ -17,11 +18,12 @@ CLIENTS = {
     "julia": "sdaeverify.jl",
     "octave": "sdaeverify.m",
     "python": "sdaeverify_client.py",
+    "r": "sdaeverify.R",
 }
 
 
 @click.command("wire", short_help="Check a solver that is a separate program.")
-@options.once("--check", "program", metavar="COMMAND", help="The program with its arguments.")
+@options.once("--check", "program", metavar="COMMAND", help="The program with its arguments, or its address.")
 @click.option(
     "--golden", is_flag=True, help="The program must be golden-euler; compare it with the golden transcript."
 )
@@ -37,9 +39,9 @@ def wire(program: str | None, golden: bool, patience: float, client: str | None)
     if client is not None:
         click.echo((FOLDER / CLIENTS[client]).read_text(encoding="utf-8"), nl=False)
         return ExitCode.OK
-    command = split_command(program or "")
-    for line in checked(command, patience, golden=golden):
+    calling = Calling.of(program or "", patience)
+    for line in checked(calling, golden=golden):
         print_texts(output(), [escape(line)])
-    print_texts(output(), ["A plugin file for it, which every command takes with --plugin:"])
-    print_texts(output(), [f"    {escape(line)}" if line else "" for line in advice(command)])
+    advice = shlex.join(["sdaeverify", "matrix", "--wire", shlex.join(calling.command)])
+    print_texts(output(unbroken=True), [f"commands take it with --wire: {escape(advice)}"])
     return ExitCode.OK

@@ -10,8 +10,8 @@ import numpy as np
 from sdaeverify import GAUSSIAN, THREE_POINT, TWO_POINT, Claim, SchemeError
 
 from .coefficients import FORMS
+from .connection import Connection
 from .messages import VERSION, encode
-from .program import Program
 
 # Largest number of lines of a hello, beyond which the output is not a hello.
 MOST_LINES = 200
@@ -76,7 +76,7 @@ class Hello(NamedTuple):
     about: str = ""
 
 
-def greet(program: Program) -> Hello:
+def greet(program: Connection) -> Hello:
     """Exchange hellos with a program that was just started.
 
     Raises

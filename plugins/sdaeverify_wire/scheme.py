@@ -3,7 +3,7 @@
 import pickle
 import threading
 from collections import namedtuple
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, ClassVar
@@ -12,10 +12,11 @@ import numpy as np
 
 from sdaeverify import Array, DelaySDAE, Increment, Parts, Scheme, SchemeError, Step, hookimpl
 
+from .calling import Calling, Command
 from .coefficients import FORMS, Coefficients
+from .connection import Connection
 from .hello import FIELDS, FLAGS, LAWS, Hello, greet
 from .messages import Line, Shape, encode, shape_text
-from .program import Program, split_command
 
 # Seconds without any byte after which a program counts as hung.
 PATIENCE = 60.0
@@ -30,17 +31,16 @@ class Session:
 
     Parameters
     ----------
-    command : tuple of str
-    patience : float
+    calling : Calling
     """
 
-    def __init__(self, command: tuple[str, ...], patience: float) -> None:
-        self.command, self.patience = command, patience
+    def __init__(self, calling: Calling) -> None:
+        self.calling = calling
         # Workers may be threads of one process.
         self.lock = threading.Lock()
-        self._program: Program | None = None
+        self._program: Connection | None = None
 
-    def running(self, expected: Hello) -> Program:
+    def running(self, expected: Hello) -> Connection:
         """Return the running program, after its hello.
 
         Raises
@@ -51,7 +51,7 @@ class Session:
         if self._program is None or not self._program.runs:
             # The program may have ended between two steps; restarting is safe because steps are independent.
             self.drop()
-            program = Program(self.command, self.patience)
+            program = self.calling.connect()
             if greet(program) != expected:
                 raise program.failure("sends a different hello than when it was registered; run it again")
             self._program = program
@@ -65,9 +65,9 @@ class Session:
 
 
 @lru_cache(maxsize=16)
-def session_of(command: tuple[str, ...], patience: float) -> Session:
-    """Return the session of a command in this process, so that each worker has one process of it."""
-    return Session(command, patience)
+def session_of(calling: Calling) -> Session:
+    """Return the session of a program in this process, so that each worker has one process of it."""
+    return Session(calling)
 
 
 class Wired(Scheme):
@@ -75,22 +75,18 @@ class Wired(Scheme):
 
     Attributes
     ----------
-    command : tuple of str
-        The program and its arguments.
+    calling : Calling
     hello : Hello
-    patience : float
-        Seconds without any byte after which the program counts as hung.
     """
 
-    command: ClassVar[tuple[str, ...]] = ()
+    calling: ClassVar[Calling]
     hello: ClassVar[Hello]
-    patience: ClassVar[float] = PATIENCE
 
     def __reduce__(self) -> Any:
         """Return how a worker recreates the scheme, without starting the program."""
-        if type(self) is not wired_class(self.command, self.hello, self.patience):
+        if type(self) is not wired_class(self.calling, self.hello):
             raise pickle.PicklingError("a scheme whose claims differ from those of its program")
-        return restored, (self.command, self.hello, self.patience)
+        return restored, (self.calling, self.hello)
 
     def refuses(self, problem: Any) -> str:
         """Refuse problems that lack required traits or coefficients, or are too large."""
@@ -133,7 +129,7 @@ class Wired(Scheme):
 
     def _answered(self, message: bytes, state: Any, known: Coefficients) -> Step:
         """Send a message to the program of this process, and return the resulting step."""
-        session = session_of(self.command, self.patience)
+        session = session_of(self.calling)
         with session.lock:
             try:
                 return made(session.running(self.hello), message, state, known)
@@ -155,12 +151,12 @@ class Wired(Scheme):
         return drawn
 
 
-def made(program: Program, message: bytes, state: Any, known: Coefficients) -> Step:
+def made(program: Connection, message: bytes, state: Any, known: Coefficients) -> Step:
     """Let a program compute a step, and answer its requests meanwhile.
 
     Parameters
     ----------
-    program : Program
+    program : Connection
     message : bytes
         Encoded ``step`` or ``enter``.
     state : ndarray or NamedTuple of ndarray
@@ -188,12 +184,12 @@ def made(program: Program, message: bytes, state: Any, known: Coefficients) -> S
     return read_step(program, line, state)
 
 
-def read_step(program: Program, line: Line, state: Any) -> Step:
+def read_step(program: Connection, line: Line, state: Any) -> Step:
     """Read the new state and the other results of a step.
 
     Parameters
     ----------
-    program : Program
+    program : Connection
     line : Line
         Line of the message ``done``.
     state : ndarray or NamedTuple of ndarray
@@ -244,7 +240,7 @@ def why_not_done(shapes: Mapping[str, Shape], expected: Mapping[str, Shape], pat
     return ""
 
 
-def _mask(program: Program, name: str, array: Array) -> Any:
+def _mask(program: Connection, name: str, array: Array) -> Any:
     if not np.isin(array, (0.0, 1.0)).all():
         raise program.failure(f"sent {name} with numbers other than 0 and 1")
     return array == 1.0
@@ -262,21 +258,19 @@ def remembering(names: tuple[str, ...]) -> Any:
 
 
 @lru_cache(maxsize=64)
-def wired_class(command: tuple[str, ...], hello: Hello, patience: float) -> type[Wired]:
+def wired_class(calling: Calling, hello: Hello) -> type[Wired]:
     """Return the class of the scheme of a program, one for each hello.
 
     Parameters
     ----------
-    command : tuple of str
+    calling : Calling
     hello : Hello
-    patience : float
-        Seconds without any byte after which the program counts as hung.
     """
     declared = {
-        "__doc__": hello.about or f"The program {Path(command[0]).name}, by the wire.",
-        "command": command,
+        "__doc__": hello.about or f"The program {Path(calling.command[0]).name}, by the wire.",
+        "calling": calling,
         "hello": hello,
-        "patience": patience,
+        "build": calling.build,
         "name": hello.name,
         "form": tuple(FORMS[name].kind for name in hello.form),
         "noise": hello.noise,
@@ -289,28 +283,28 @@ def wired_class(command: tuple[str, ...], hello: Hello, patience: float) -> type
     return type("Wired", (Wired,), declared)
 
 
-def restored(command: tuple[str, ...], hello: Hello, patience: float) -> Wired:
+def restored(calling: Calling, hello: Hello) -> Wired:
     """Return the scheme of a program whose hello is known.
 
     Parameters
     ----------
-    command : tuple of str
+    calling : Calling
     hello : Hello
-    patience : float
-        Seconds without any byte after which the program counts as hung.
     """
-    return wired_class(command, hello, patience)()
+    return wired_class(calling, hello)()
 
 
-def scheme_of(command: str | Path | Sequence[str], patience: float = PATIENCE) -> Wired:
+def scheme_of(command: Command, patience: float = PATIENCE, folder: Path | None = None) -> Wired:
     """Start a program, read its hello, end it, and return its scheme.
 
     Parameters
     ----------
     command : str, Path or sequence of str
-        Program with its arguments; a text is split as by a shell.
+        Program with its arguments, or address; a text is split as by a shell.
     patience : float
         Seconds without any byte after which the program counts as hung.
+    folder : Path, optional
+        Folder of relative paths; by default the current one.
 
     Raises
     ------
@@ -319,21 +313,21 @@ def scheme_of(command: str | Path | Sequence[str], patience: float = PATIENCE) -
     SchemeError
         If it sends no valid hello.
     """
-    words = split_command(command)
-    program = Program(words, patience)
+    calling = Calling.of(command, patience, folder)
+    program = calling.connect()
     try:
-        return restored(words, greet(program), patience)
+        return restored(calling, greet(program))
     finally:
         program.close()
 
 
-def schemes(*commands: str | Path | Sequence[str], patience: float = PATIENCE) -> Callable[[], list[Scheme]]:
+def schemes(*commands: Command, patience: float = PATIENCE) -> Callable[[], list[Scheme]]:
     """Return the hook that registers programs; a plugin file names it ``sdaeverify_schemes``.
 
     Parameters
     ----------
     *commands : str, Path or sequence of str
-        Programs with their arguments; a text is split as by a shell.
+        Programs with their arguments, or addresses; a text is split as by a shell.
     patience : float
         Seconds without any byte after which a program counts as hung.
     """

@@ -13,8 +13,8 @@ import numpy as np
 
 from sdaeverify import Array
 
+from .connection import Connection
 from .messages import encode
-from .program import Program
 
 GOLDEN = Path(__file__).with_name("golden.transcript")
 HELLO = "name golden-euler\nform SDE\nnoise dW\nasks drift diffusion\n"
@@ -76,7 +76,7 @@ def read(content: bytes) -> list[Message]:
     return messages
 
 
-def replay(program: Program, messages: Iterable[Message]) -> int:
+def replay(program: Connection, messages: Iterable[Message]) -> int:
     """Play a transcript to a program that was just started, and return the number of compared answers.
 
     Raises

@@ -12,7 +12,7 @@ SOURCE = "Winkler 2003: circuits of index 1 with noise in parallel to capacitanc
 BOLTZMANN = 1.380649e-5
 
 
-@in_matrix({}, schemes=("drift-implicit-milstein",), measures=("drift", "strong", "weak"))
+@in_matrix({}, schemes=("drift-implicit-milstein",), measures=("drift", "stability", "strong", "weak"))
 def noisy_circuit(  # noqa: PLR0913, PLR0917 - one number for each element
     R_1: float = 1.0,
     R_a: float = 0.5,

@@ -20,9 +20,10 @@ from sdaeverify.measuring import Verdict
 from sdaeverify.studying import Registry, Source, one_thread, select_problems
 from sdaeverify_adaptive import TICKS, brownian_path
 from sdaeverify_adaptive.checks import check
-from sdaeverify_adaptive.judging import Question, ask, judge
+from sdaeverify_adaptive.judging import Question, ask
 from sdaeverify_adaptive.path import GRID, PER_STEP
 from sdaeverify_adaptive.sample import Budget, Sample, fixed, measure, truth
+from sdaeverify_solvers import judge
 
 FOLDER = Path(__file__).parent
 GBM, MILD = "gbm[a=0.1,b=0.8]", "gbm[a=0.1,b=0.3]"

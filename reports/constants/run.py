@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from leading_moments import leading_moments
 
 import sdaeverify
 from sdaeverify import Array, Problem, Scheme, Settings
@@ -26,20 +27,17 @@ from sdaeverify.probe.linear.equation import linear_equation, why_not_linear_equ
 from sdaeverify.probe.linear.moments import moment_errors, observable_errors, quadratic_form, why_not_moments
 from sdaeverify.probe.operator.functional_orders import (
     Coefficient,
-    error_floors,
     functional_orders,
     leading_error,
     order_of,
-    why_not_evidence,
 )
 from sdaeverify.probe.operator.transition import why_not_operator
 from sdaeverify.probe.operator.transition_errors import chart_observables, weak_errors
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_problems, select_schemes
-from sdaeverify.study.order_report import classes_of
-from sdaeverify.trees.classes import EquationClass
-from sdaeverify.trees.modified.equation import ModifiedEquation, modified_equation
-from sdaeverify.trees.modified.linear import leading_moments
+from sdaeverify_orders.order_report import classes_of
+from sdaeverify_orders.trees.classes import EquationClass
+from sdaeverify_orders.trees.modified.equation import ModifiedEquation, modified_equation
 
 HERE, REFERENCE = Path(__file__).parent, Path(__file__).parents[1] / "reference"
 # Trees of more motions are more than are looked at.
@@ -169,8 +167,8 @@ def errors_of(scheme: Scheme, view: Problem) -> tuple[dict[str, Errors], str]:
     chart = "no chart" if view.chart is None else why_not_operator(scheme, view)
     if not chart:
         operator = weak_errors(scheme, view, steps)
-        chart = why_not_evidence(operator) and "the scheme leaves the chart"
-        orders, floors = functional_orders(operator), error_floors(operator)
+        chart = operator.why_not_evidence and "the scheme leaves the chart"
+        orders, floors = functional_orders(operator), operator.floors
         for i, name in enumerate(chart_observables(view) if not chart else ()):
             own = Errors(operator.h, operator.errors[:, i], floors[:, i], orders[i].order, "operator")
             found.setdefault(name, own)

@@ -21,10 +21,10 @@ from sdaeverify import SDE, Langevin
 from sdaeverify.measuring import Verdict
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_schemes
-from sdaeverify.study.order_report import classes_named
-from sdaeverify.trees.class_row import ClassRow
-from sdaeverify.trees.classes import CLASSES, EquationClass
-from sdaeverify.trees.report import rows_of
+from sdaeverify_orders.class_row import ClassRow
+from sdaeverify_orders.order_report import classes_named
+from sdaeverify_orders.trees.classes import CLASSES, EquationClass
+from sdaeverify_orders.trees.report import rows_of
 
 FOLDER = Path(__file__).parent
 SOLVERS = "diffrax*,torchsde*,sdeint*,tinydiffeq*,qutip*"

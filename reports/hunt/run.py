@@ -22,12 +22,13 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import sdaeverify
+import sdaeverify_hunt
 from sdaeverify import Scheme, UsageError
 from sdaeverify.errors import FAULTS
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_schemes
-from sdaeverify.testing.hunting.report import Attack
-from sdaeverify.testing.strategies import EXAMPLES
+from sdaeverify_hunt.report import Attack
+from sdaeverify_hunt.strategies import EXAMPLES
 
 HERE = Path(__file__).parent
 MINUTES, SHRINKING, CORES = 10.0, 60.0, 2
@@ -173,7 +174,7 @@ def together(met: Sequence[Attack]) -> Attack:
 
 def attack_by(scheme: Scheme, measure: str, form: str, minutes: float) -> Attack:
     """Hunt what a scheme claims of one measure."""
-    report = sdaeverify.hunt(scheme, measures=measure, forms=[form], minutes=minutes, shrinking=SHRINKING)
+    report = sdaeverify_hunt.hunt(scheme, measures=measure, forms=[form], minutes=minutes, shrinking=SHRINKING)
     return report.attacks[0]
 
 
@@ -187,7 +188,7 @@ def shipped(
         seed = 1 + max((int(str(row["seed"])) for row in rows if row["form"] == form), default=0)
         begun = time.process_time()
         # No scheme is made for some forms, as index 1, that others have a view of.
-        report = sdaeverify.hunt(own or schemes, forms=[form], minutes=minutes, shrinking=SHRINKING, seed=seed)
+        report = sdaeverify_hunt.hunt(own or schemes, forms=[form], minutes=minutes, shrinking=SHRINKING, seed=seed)
         seconds = round(time.process_time() - begun)
         for attack in report.attacks:
             write_example(attack, seed)

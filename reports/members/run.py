@@ -27,9 +27,9 @@ from sdaeverify.contracts.settings import Settings
 from sdaeverify.errors import FAULTS, ProblemError, one_line
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_measures, select_schemes
-from sdaeverify.study.class_results import answers
-from sdaeverify.study.members.classes import MemberClass, member_classes, member_of
-from sdaeverify.study.members.rows import MEMBERS, member_rows
+from sdaeverify_orders.members.classes import MemberClass, member_classes, member_of
+from sdaeverify_orders.members.rows import MEMBERS, member_rows
+from sdaeverify_orders.order_tests import answers
 
 if __package__:
     from .mutations import MUTATED, Mutation, loaded, mutations_of

@@ -28,12 +28,12 @@ from sdaeverify.arrays import Array
 from sdaeverify.probing import Nodes, OneStep
 from sdaeverify.registry.load import load_registry
 from sdaeverify.registry.selection import select_schemes
-from sdaeverify.study.order_report import classes_of
-from sdaeverify.trees.grow import DRIFT, Tree
-from sdaeverify.trees.modified.equation import GeneratorTerm, ModifiedEquation, modified_equation
-from sdaeverify.trees.nodes import rule_nodes
-from sdaeverify.trees.sdes.universal import class_sde
-from sdaeverify.trees.weights import stepped
+from sdaeverify_orders.order_report import classes_of
+from sdaeverify_orders.trees.grow import DRIFT, Tree
+from sdaeverify_orders.trees.modified.equation import GeneratorTerm, ModifiedEquation, modified_equation
+from sdaeverify_orders.trees.nodes import rule_nodes
+from sdaeverify_orders.trees.sdes.universal import class_sde
+from sdaeverify_orders.trees.weights import stepped
 
 HERE = Path(__file__).parent
 TIME, STEPS = 1.0, (4, 8, 16, 32)

@@ -6,7 +6,6 @@ from ..contracts.finding import UNMEASURED, Status, Verdict
 from ..gate.outcomes import Outcome, is_red
 from ..gate.policy import Policy
 from ..study import CellResult
-from ..study.class_results import is_of_class
 from .exit_codes import ExitCode
 
 
@@ -27,7 +26,8 @@ def code_of_results(results: Iterable[CellResult]) -> ExitCode:
     """
     known = [*results]
     code = code_of_verdicts(finding.verdict for result in known for finding in result.findings)
-    of_cells = (finding.verdict for result in known if not is_of_class(result.cell) for finding in result.findings)
+    of_problems = (result for result in known if result.cell.class_name is None)
+    of_cells = (finding.verdict for result in of_problems for finding in result.findings)
     return code_of_verdicts(of_cells) if code is ExitCode.OK else code
 
 

@@ -11,17 +11,19 @@ from ..api import Result
 from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..gate.against import changes, in_one_line, read_gate
 from ..gate.gate_plan import gate_plan, gates_everything, omitted_measures
-from ..gate.gated import Gated, Hunted
-from ..gate.lock import Claims, compare, locked_tiers, read_lock, restrict, write_lock
+from ..gate.gated import Gated
+from ..gate.hunted import search
+from ..gate.lock import Claims, compare, locked_tiers, read_lock, restrict, undecided_claims, write_lock
 from ..gate.outcomes import Outcome, idle, outcomes, require_named, why_never
 from ..gate.policy import Policy
 from ..gate.untested import find_untested
 from ..gate.words import json_report, limit_lines, text_report
 from ..registry.load import Registry
 from ..report.files import require_writable, write_json
-from ..report.folders import require_run_folder
+from ..report.folders import require_run_folder, run_of
 from ..report.saved import GATE
 from ..study import Plan
+from ..study.class_tests import NO_TESTS
 from ..study.examination import Work, begin_all
 from ..study.unseen import unseen_features
 from ..workers.executors import Workers
@@ -101,7 +103,7 @@ def carry_out_gate(
     for line in (*text_report(gated), gated.words):
         click.echo(line)
     # Written last, so that the file exists only if the gate completed.
-    write_json(json_report(gated), options["out"] / GATE)
+    write_json({**json_report(gated), "date": run_of(options["out"])["date"]}, options["out"] / GATE)
     return gated, ExitCode(gated.code)
 
 
@@ -160,14 +162,15 @@ def _judge(
     violations, news = tuple[str, ...](), tuple[str, ...]()
     found = tuple(outcomes(result.results, policy))
     if tiers and policy.tier in tiers:
-        violations, news = compare(restrict(tiers[policy.tier], registry, policy, narrowed=narrowed), found)
+        locked_claims = restrict(tiers[policy.tier], registry, policy, narrowed=narrowed)
+        violations, news = compare(locked_claims, found, undecided_claims(result.results))
     untested = find_untested(registry, policy, run.plan, result.results)
     if options["problems"] or options["measures"]:
         # For a selection of problems or measures, only the names can be checked.
         untested = [each for each in untested if each.claim.measure not in registry.measures]
     missed, chosen = ([str(each) for each in untested if each.chosen == one] for one in (False, True))
     code = code_of_gate(found, policy, complete=not (violations or missed))
-    hunted = _hunt(registry, policy, options["out"]) if policy.hunt and policy.budget.hunts else Hunted()
+    hunted = search(registry, policy, options["out"])
     if hunted.refuted and code is not ExitCode.NOTHING:
         code = ExitCode.REFUTED
     locked = write_lock(policy, found) if options["write_lock"] else _why_not_locked(policy, tiers)
@@ -196,17 +199,6 @@ def _judge(
             *reused,
         ),
     )
-
-
-def _hunt(registry: Registry, policy: Policy, folder: Path) -> Hunted:
-    # The hunt is not part of the core: an installation without it can gate.
-    try:
-        from ..testing.hunting.hunt import hunt_of_gate  # noqa: PLC0415
-    except ModuleNotFoundError as error:
-        if not str(error.name).startswith("sdaeverify.testing"):
-            raise
-        return Hunted(notes=(f"hunt of {policy.hunt}: this installation has no hunt",))
-    return hunt_of_gate(registry, policy, folder)
 
 
 def _warnings(found: tuple[Outcome, ...], policy: Policy, registry: Registry, *, narrowed: bool) -> Iterator[str]:
@@ -251,8 +243,10 @@ def describe_everything(registry: Registry, file: Path | None) -> str:
 
 
 def _notes(run: Run, policy: Policy) -> Iterator[str]:
-    """Yield notes on features that no problem of the gate has, and on omitted examinations."""
+    """Yield notes on features that no problem of the gate has, and on omitted tests and examinations."""
     yield from unseen_features(run.plan)
+    if policy.asks_classes and not run.study.class_tests:
+        yield f"orders: {NO_TESTS}"
     yield from (note for work in run.examined for note in work.notes)
     if policy.examinations and not run.examined:
         yield f"examinations of {', '.join(policy.examinations)} are left out where a part is selected"

@@ -1,13 +1,15 @@
 """Options shared by commands: parsing and help."""
 
 from collections.abc import Callable, Sequence
+from functools import wraps
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import click
 
 from ..contracts.settings import Settings
-from ..errors import UsageError, is_blank
+from ..errors import PluginError, UsageError, is_blank
+from ..registry.sources import SEPARATOR, load_source_of, plugin_sources
 from ..report.progress import KINDS
 from ..workers.limits import SHARE, TIMEOUT, Limits, read_limits
 from .completion import names_of
@@ -39,9 +41,43 @@ def once(*names: str, default: object = None, **attributes: Any) -> Callable[[Co
     )
 
 
-plugins = click.option(
-    "--plugin", "plugins", metavar="FILE", multiple=True, help="Plugin without packaging, a Python file. Repeatable."
-)
+class _SourceOption(click.Option):
+    """Option of a source of plugins, which is loaded for the help alone."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Return the placeholder and the help text that the source declares."""
+        try:
+            source = load_source_of(str(self.name))
+        except PluginError as error:
+            self.help = str(error)
+        else:
+            self.metavar, self.help = source.metavar, f"{source.about} Repeatable."
+        return super().get_help_record(ctx)
+
+
+def plugins(command: Command) -> Command:
+    """Add the options that name plugins: ``--plugin``, and one for each source.
+
+    The command gets all of them as ``plugins``.
+    """
+
+    @wraps(command)
+    def with_plugins(*given: Any, **options: Any) -> Any:
+        texts = ((name, text) for name in plugin_sources() for text in options.pop(name))
+        named = (*options.pop("plugins"), *(f"{name}{SEPARATOR}{text}" for name, text in texts))
+        return command(*given, **options, plugins=named)
+
+    files = click.option(
+        "--plugin",
+        "plugins",
+        metavar="FILE",
+        multiple=True,
+        help="Plugin without packaging, a Python file. Repeatable.",
+    )
+    further = (click.option(f"--{name}", name, multiple=True, cls=_SourceOption) for name in plugin_sources())
+    return cast(Command, combine_options(files, *further)(with_plugins))
+
+
 seed = once("--seed", type=int, default=Settings().seed, help="Seed of all noise.")
 jobs = once("-j", "--jobs", type=click.IntRange(min=1), help="Worker processes.  [default: all available cores]")
 progress_of_cells = once(
@@ -66,6 +102,10 @@ class _NamedPath(click.Path):
 
 
 PLACE = _NamedPath(path_type=Path)
+
+run_folder = once(
+    "--out", type=PLACE, metavar="DIR", help="Save the results as a run in this folder, which show prints."
+)
 
 
 def combine_options(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:

@@ -1,5 +1,6 @@
 """The command group, and the handling of errors."""
 
+import errno
 import os
 import sys
 import traceback
@@ -15,14 +16,16 @@ from click.shell_completion import CompletionItem, shell_complete
 
 from .. import __version__
 from ..contracts.spelling import did_you_mean
-from ..errors import FAULTS, PluginError, SdaeverifyError, UsageError, one_line
-from ..registry.discovery import COMMANDS, disabled_plugins, entry_points, is_disabled, origin_of
+from ..errors import PluginError, SdaeverifyError, UsageError, one_line
+from ..registry.discovery import COMMANDS, enabled_entry_points, load_entry, origin_of
 from .console import PROGRAM, complain, silence
 from .exit_codes import ExitCode, code_of_error, codes_in_words
 
 # Each file of the folder is a command, imported on demand.
 OWN = {module.name for module in iter_modules([str(Path(__file__).parent / "commands")])}
 COMPLETION = "_SDAEVERIFY_COMPLETE"
+# Errors of a stream whose disk or quota is full.
+NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 
 
 class _Commands(click.Group):
@@ -53,8 +56,7 @@ class _Commands(click.Group):
 
 
 def _of_plugins() -> dict[str, EntryPoint]:
-    disabled = disabled_plugins(os.environ)
-    return {entry.name: entry for entry in entry_points(COMMANDS) if not is_disabled(origin_of(entry), disabled)}
+    return {entry.name: entry for entry in enabled_entry_points(COMMANDS)}
 
 
 def _command(name: str) -> click.Command | None:
@@ -71,12 +73,9 @@ def _command(name: str) -> click.Command | None:
     entry = _of_plugins().get(name)
     if entry is None:
         return None
-    where = f"command {name} of {origin_of(entry)}"
-    try:
-        command = entry.load()
-    except FAULTS as error:
-        raise PluginError(f"{where} is broken: {one_line(error)}") from error
+    command = load_entry(entry, f"command {name}")
     if not isinstance(command, click.Command):
+        where = f"command {name} of {origin_of(entry)}"
         raise PluginError(f"{where} is broken: expected a click command, got {type(command).__name__}")
     return command
 
@@ -150,19 +149,29 @@ def conclude(arguments: Sequence[str]) -> int:
         if isinstance(stream, TextIOWrapper):
             # A character that the terminal cannot encode is shown as its code.
             stream.reconfigure(errors="backslashreplace")
+    code: int = ExitCode.OK
     try:
         code = execute(arguments)
-    except Exception:
-        traceback.print_exc()
-        complain("error", "this is a defect of sdaeverify; please report it with the lines above")
-        code = ExitCode.NOT_MEASURED
-    # None if the program was started with stdout closed.
-    if sys.stdout is not None:
-        try:
+        # None if the program was started with stdout closed.
+        if sys.stdout is not None:
             sys.stdout.flush()
-        except BrokenPipeError:
-            silence(sys.stdout)
+    except BrokenPipeError:
+        silence(sys.stdout)
+    except Exception as error:
+        code = _fail_at_the_end(error)
     return code
+
+
+def _fail_at_the_end(error: Exception) -> ExitCode:
+    """Report an error that no command expects: a full disk in one line, anything else as a defect."""
+    if isinstance(error, OSError) and error.errno in NO_ROOM:
+        # What is left in the buffer cannot be written at exit, either.
+        silence(sys.stdout)
+        return _fail(
+            f"cannot write the output: {error.strerror}; make room, or send it elsewhere", ExitCode.NOT_MEASURED
+        )
+    traceback.print_exception(error)
+    return _fail("this is a defect of sdaeverify; please report it with the lines above", ExitCode.NOT_MEASURED)
 
 
 def _fail(message: str, code: ExitCode) -> ExitCode:
@@ -186,9 +195,17 @@ def _text(error: click.ClickException) -> str:
 
 def _whose(option: str) -> str:
     """Return which commands have an option that was given to another one."""
-    commands = {name: _command(name) for name in sorted(OWN)}
+    commands = {name: _command_or_none(name) for name in sorted({*OWN, *_of_plugins()})}
     having = [name for name, one in commands.items() if one and any(option in each.opts for each in one.params)]
     return f"; it is an option of {', '.join(having)}" if having else ""
+
+
+def _command_or_none(name: str) -> click.Command | None:
+    """Return a command; None if its plugin cannot be loaded, which is no matter of an option of another one."""
+    try:
+        return _command(name)
+    except PluginError:
+        return None
 
 
 def _help_of(error: click.ClickException) -> str:

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import click
+
 from ..api import Result, result_of
 from ..contracts.finding import Verdict
 from ..contracts.settings import Settings
@@ -20,11 +22,12 @@ from ..report.folders import LEVELS, VERDICTS, require_run_folder
 from ..report.html import PAGE, remove_page, write_page
 from ..report.passports import passports
 from ..report.progress import progress
-from ..report.sentences import counts_of, ending, lines_of
+from ..report.sentences import counts_of, ending, wrap_styled
 from ..report.tables.columns import COLUMNS
 from ..report.tables.command import records_of
 from ..store.store import Store
-from ..study import Finished, Plan, Study
+from ..study import Advanced, Plan, Study
+from ..study.class_tests import broken_tests
 from ..study.examination import Work
 from ..workers.executors import PROCESSES, LostExecutorError, Workers, crew_of
 from ..workers.limits import Limits, available_cores
@@ -63,6 +66,8 @@ class Run:
         Whether the run ends with the first refuted claim.
     orders : bool
         Whether order conditions of the schemes are tested.
+    modified : bool
+        Whether the modified equations of all schemes are computed with them.
     examined : sequence of Work
         Completed examinations of plugins.
     study : Study
@@ -82,6 +87,7 @@ class Run:
     quiet: bool = False
     first_only: bool = False
     orders: bool = True
+    modified: bool = False
     examined: Sequence[Work] = ()
     study: Study = field(init=False)
     home: Path = field(init=False)
@@ -89,9 +95,12 @@ class Run:
     def __post_init__(self) -> None:
         # Plugin code in this process may change the working folder at any time.
         self.home, store = Path.cwd(), Store(self.folder.absolute(), self.fresh)
-        self.study = Study(self.plan, self.settings, store, stored_only=self.stored_only, orders=self.orders)
+        asked = {"stored_only": self.stored_only, "orders": self.orders, "modified": self.modified}
+        self.study = Study(self.plan, self.settings, store, **asked)
+        for warning in broken_tests() if self.orders else ():
+            complain("warning", warning)
         # An empty table if order conditions are not requested; otherwise saving the result would compute them.
-        self.study.class_rows = ()
+        self.study.class_results = ()
 
     @property
     def result(self) -> Result:
@@ -210,10 +219,10 @@ def advance(run: Run, crew: Workers, kind: str) -> Result:
     with output_to_stderr(), progress(kind) as show:
         for event in run.study.run(crew, BLOCKS_A_WORKER * crew.jobs):
             begun = time.monotonic()
-            if run.first_only and isinstance(event, Finished) and _has_refuted(event):
+            if run.first_only and _has_refuted(event):
                 run.study.stopped = "the run ended at the first refuted claim (-x)"
                 break
-            if isinstance(event, Finished) and begun >= due:
+            if event.results and begun >= due:
                 run.save()
                 due = time.monotonic() + APART * (time.monotonic() - begun)
             show(event)
@@ -245,7 +254,37 @@ def run_on_workers(work: Any, jobs: int | None, registry: Registry, kind: str) -
     return ExitCode.OK
 
 
-def _has_refuted(event: Finished) -> bool:
+def save_results(folder: Path, work: Work, registry: Registry, settings: Settings) -> str:
+    """Save the results of a completed examination as a run: tables, ``run.json`` and page, which `show` reads.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the run, which need not exist.
+    work : Work
+    registry : Registry
+    settings : Settings
+        Seed, sample size and confidence of the results.
+
+    Returns
+    -------
+    str
+        A line that names the page and the command which prints the results.
+
+    Raises
+    ------
+    UsageError
+        If the folder cannot be written into, or belongs to another program.
+    """
+    arguments = tuple(click.get_current_context().obj or ())
+    run = Run(Plan(()), settings, registry, arguments, folder, orders=False, examined=(work,))
+    run.save()
+    run.write_page()
+    shown = f"sdaeverify show {shlex.quote(str(folder))} [SCHEME] [PROBLEM]"
+    return f"the page is {folder / PAGE}; {shown} gives the reasons"
+
+
+def _has_refuted(event: Advanced) -> bool:
     return any(finding.verdict is Verdict.REFUTED for result in event.results for finding in result.findings)
 
 
@@ -277,7 +316,7 @@ def _show(run: Run, result: Result, code: ExitCode) -> None:
         return
     sentence = counts_of(result.rows.verdicts, result.rows.absent)
     if run.quiet:
-        print_texts(console, lines_of(sentence, console.width))
+        print_texts(console, wrap_styled(sentence, console.width))
         return
     notes, plain = [*_notes(run, result), f"exit code {code.value}: {code.words}"], console.options.ascii_only
     print_texts(console, ending(sentence, result.rows.verdicts, notes, console.width, plain=plain))

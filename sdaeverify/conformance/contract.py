@@ -13,11 +13,11 @@ import numpy as np
 
 from ..arrays import Array, arrays, each
 from ..contracts.scheme import Scheme, State, Step, Stepper, flatten, same_kind
-from ..contracts.settings import FIRST_BLOCK
+from ..contracts.stages import FIRST_BLOCK
 from ..errors import FAULTS, SchemeError, one_line
 from ..forms import BROWNIAN, Problem
 from ..noise.brownian import Increment
-from ..numerics import all_finite
+from ..numerics.linalg import all_finite
 from ..numerics.statistics import EPS
 from ..probe.step.nodes import SEED
 from ..probe.step.one_step import OneStep
@@ -31,6 +31,8 @@ from .trial import Trial
 FINE, COARSE = 64, 8
 # Paths of the repeated calls that detect call counters: few, because there are as many calls as steps in a row.
 FEW = slice(0, 2)
+# Size: paths of a crowd that are stepped alone.
+FEW_ALONE = 3
 # States times components of a large batch: a step that treats paths by their index may do so only at large indices.
 MANY = 640
 # Paths of the one large batch of the kit: more than a run simulates together by default.
@@ -172,7 +174,8 @@ def follows_the_paths(trial: Trial) -> str:
 def takes_paths_alone(trial: Trial) -> str:
     """Make the step of each half of the paths, of every fourth path alone, and of all in a batch of a run's size.
 
-    Differences up to `JOINT` are accepted: see `ends_together`.
+    A batch of different states, as in a run, is compared with its paths alone, too. Differences up to `JOINT` are
+    accepted: see `ends_together`.
     """
     return _depends_on_batch(apart_in_batches(trial))
 
@@ -193,7 +196,13 @@ def apart_in_batches(trial: Trial) -> float:
     parts = [slice(0, half), slice(half, None), *(slice(n, n + 1) for n in range(0, trial.paths, 4))]
     sizes = FIRST_BLOCK, trial.paths * many
     batches: list[Array | slice] = [*parts, *(_shuffled(trial, size) for size in sizes)]
-    return max(map(trial.apart, batches))
+    return max(*map(trial.apart, batches), _apart_in_crowd(trial.crowded))
+
+
+def _apart_in_crowd(trial: Trial) -> float:
+    """Return the same for a batch in which no two paths are alike: a few of its paths, each alone and many times."""
+    few = np.linspace(0, trial.paths - 1, FEW_ALONE).astype(int).tolist()
+    return max(trial.apart(np.repeat(path, count)) for path in few for count in (1, trial.paths))
 
 
 def _shuffled(trial: Trial, size: int) -> Array:

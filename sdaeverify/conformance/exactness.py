@@ -10,17 +10,17 @@ A scheme of several steps may start with a scheme of lower order: an error of si
 orders up to 1, and claims of higher order are checked elsewhere. So it is accepted if the later steps are exact.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache, reduce
 from itertools import chain, islice
-from math import inf
+from math import inf, isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import Array, Parts
-from ..contracts.measure import Followed
-from ..contracts.scheme import Scheme
+from ..contracts.measure import ALONG_PATHS
+from ..contracts.scheme import Scheme, require_step
 from ..errors import FAULTS, SchemeError, SdaeverifyError, one_line
 from ..forms import Domain
 from ..forms.traits import SET_BY_FORM
@@ -154,7 +154,7 @@ BEGUN = 272
 VANISHING = 0.4
 
 
-def exactness_violation(scheme: Scheme, motions: float = inf, *, followed: Followed) -> str:
+def exactness_violation(scheme: Scheme, motions: float = inf, *, followed: Mapping[str, str]) -> str:
     """Return the first trivial problem on which a scheme is not exact, in one line, or an empty string.
 
     Parameters
@@ -163,8 +163,8 @@ def exactness_violation(scheme: Scheme, motions: float = inf, *, followed: Follo
     motions : float
         Number of Brownian motions of the problem under test. An error on more Brownian motions is reported only if no
         variant with at most this number can be tried.
-    followed : Followed
-        Names of the measures whose claims imply that steps follow the equation.
+    followed : mapping of str to str
+        `Measure.follows` by name of the measure.
 
     Raises
     ------
@@ -172,16 +172,17 @@ def exactness_violation(scheme: Scheme, motions: float = inf, *, followed: Follo
         If a step raises.
     """
     forms: Any = scheme.forms
+    paths = any(followed.get(claim.measure) == ALONG_PATHS for claim in scheme.promises)
     every = chain.from_iterable(_trivial_problems(form, scheme.domain) for form in forms)
-    missed = (variants for variants in every if _misses(scheme, variants, followed))
-    texts = (_first_miss(_tries(scheme, variants, followed), motions) for variants in missed)
+    missed = (variants for variants in every if _misses(scheme, variants, paths=paths))
+    texts = (_first_miss(_tries(scheme, variants, paths=paths), motions) for variants in missed)
     return next(filter(None, texts), "")
 
 
 @cache
-def _misses(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) -> bool:
+def _misses(scheme: Scheme, variants: tuple[Trivial, ...], *, paths: bool) -> bool:
     """Return whether a scheme is not exact on a trivial problem, or raises; cached for all problems."""
-    first = next(_tries(scheme, variants, followed), None)
+    first = next(_tries(scheme, variants, paths=paths), None)
     return first is not None and first.text != ""
 
 
@@ -214,11 +215,11 @@ def _first_miss(tries: Iterator[_Try], motions: float) -> str:
     return found.text + (SEVERAL if found.motions > motions else "")
 
 
-def _tries(scheme: Scheme, variants: tuple[Trivial, ...], followed: Followed) -> Iterator[_Try]:
+def _tries(scheme: Scheme, variants: tuple[Trivial, ...], *, paths: bool) -> Iterator[_Try]:
     """Yield the results of a scheme on all variants that it refuses neither beforehand nor in its step."""
     for trivial in variants:
         tried = _is_claimed(scheme, trivial) and not scheme.why_not(trivial.problem)
-        if tried and (found := _try(scheme, trivial, followed)) is not None:
+        if tried and (found := _try(scheme, trivial, paths=paths)) is not None:
             yield found
 
 
@@ -232,11 +233,11 @@ def _is_claimed(scheme: Scheme, trivial: Trivial) -> bool:
     return scheme.noise <= problem.noise and (not asked or any(when <= problem.traits for when in asked))
 
 
-def _try(scheme: Scheme, trivial: Trivial, followed: Followed) -> _Try | None:
+def _try(scheme: Scheme, trivial: Trivial, *, paths: bool) -> _Try | None:
     several = trivial.problem.noise_dim
     where = f"on {trivial.name}" + (f" with {several} Brownian motions" if several > 1 else "")
     try:
-        text = _miss(scheme, trivial, followed)
+        text = _miss(scheme, trivial, paths=paths)
     except SdaeverifyError:
         return None
     except FAULTS as fault:
@@ -244,20 +245,25 @@ def _try(scheme: Scheme, trivial: Trivial, followed: Followed) -> _Try | None:
     return _Try(several, text and f"not exact {where}: {text}")
 
 
-def _miss(scheme: Scheme, trivial: Trivial, followed: Followed) -> str:
-    error, moved, bound = _error(scheme, trivial, H)
+def _miss(scheme: Scheme, trivial: Trivial, *, paths: bool) -> str:
+    error, moved, bound, where = _error(scheme, trivial, H)
     if error <= bound:
         return ""
-    fine, fine_moved, fine_bound = _error(scheme, *trivial.short_run)
+    fine, fine_moved, fine_bound, _ = _error(scheme, *trivial.short_run)
     if fine <= max(fine_bound, trivial.shorter**VANISHING * fine_moved * error / moved if moved else 0.0):
         return ""
-    if trivial.noisy and followed.paths.isdisjoint(claim.measure for claim in scheme.promises):
+    if trivial.noisy and not paths:
         return _miss_in_law(scheme, trivial)
     small = _is_small_start(scheme, trivial) if remembers(scheme, trivial.problem) else None
     if small:
         return ""
-    hint = "" if small is None else "; later steps are exact, so that enter sets a wrong memory"
-    return f"error {error:.2g} after {STEPS} steps, the solution moves by {moved:.2g}{hint}"
+    hint = (
+        _unread_lag(scheme, trivial)
+        if small is None
+        else "; later steps are exact, so that enter sets a wrong memory"
+    )
+    size = f"error {error:.2g}{where}" if isfinite(error) else "the state is not finite"
+    return f"{size} after {STEPS} steps, the solution moves by {moved:.2g}{hint}"
 
 
 def _miss_in_law(scheme: Scheme, trivial: Trivial) -> str:
@@ -287,20 +293,24 @@ def _late_error(scheme: Scheme, trivial: Trivial, h: float) -> tuple[float, floa
     return _largest(last), changed, 128.0 * EPS * BEGUN * size
 
 
-def _error(scheme: Scheme, trivial: Trivial, h: float) -> tuple[float, float, float]:
-    """Return the largest error after some steps, the move of the solution, and the bound of rounding."""
+def _error(scheme: Scheme, trivial: Trivial, h: float) -> tuple[float, float, float, str]:
+    """Return the largest error after some steps, the move of the solution, the bound of rounding, and where it fails.
+
+    The last is a text such as `` of y``, empty if all components fail.
+    """
     ((got, after),) = _run(scheme, trivial, h, (STEPS,))
     start = trivial.solution(0.0, np.zeros((trivial.problem.noise_dim, PATHS)))
     before = {name: start[name] for name in after}
-    error = _largest({name: got[name] - after[name] for name in after})
+    errors = {name: _largest({name: got[name] - after[name]}) for name in after}
     moved = _largest({name: after[name] - before[name] for name in after})
-    return error, moved, 64.0 * EPS * STEPS * max(_largest(before), _largest(after))
+    bound = 64.0 * EPS * STEPS * max(_largest(before), _largest(after))
+    off = [name for name, error in errors.items() if error > bound]
+    return max(errors.values()), moved, bound, f" of {', '.join(off)}" if 0 < len(off) < len(errors) else ""
 
 
 def _run(scheme: Scheme, trivial: Trivial, h: float, counts: tuple[int, ...]) -> list[tuple[Parts, Parts]]:
     """Return the components of a scheme after some numbers of steps, and the solution in the same components."""
-    problem, rng = trivial.problem, np.random.Generator(np.random.Philox(key=SEED))
-    noises = [scheme.law.increment(problem.drawn(rng, h, PATHS), h) for _ in range(counts[-1])]
+    problem, noises = trivial.problem, _noises(scheme, trivial, h, counts[-1])
     stops = list(stops_along(scheme, problem, h, noises))
     found = list[tuple[Parts, Parts]]()
     for count in counts:
@@ -310,6 +320,35 @@ def _run(scheme: Scheme, trivial: Trivial, h: float, counts: tuple[int, ...]) ->
         # A scheme may leave out components; its report has none of them.
         found.append((got, {name: part for name, part in solution.items() if name in got}))
     return found
+
+
+def _noises(scheme: Scheme, trivial: Trivial, h: float, count: int) -> list[Increment]:
+    rng = np.random.Generator(np.random.Philox(key=SEED))
+    return [scheme.law.increment(trivial.problem.drawn(rng, h, PATHS), h) for _ in range(count)]
+
+
+def _unread_lag(scheme: Scheme, trivial: Trivial) -> str:
+    """Return which lagged value a step does not depend on, as the end of a message; empty if there is none.
+
+    A scheme that keeps the past itself, in a state of its own, may read no lagged value of the noise.
+    """
+    problem = trivial.problem
+    stop = next(stops_along(scheme, problem, H, _noises(scheme, trivial, H, 1)))
+    lagged, ahead = stop.noise.lagged, stop.noise.ahead
+    plain = type(stop.state) is type(problem.initial(PATHS))
+    if lagged is None or ahead is None or not plain:
+        return ""
+
+    def depends_on(**moved: Any) -> bool:
+        end = require_step(scheme.prepare(problem, H)(stop.state, 0.0, stop.noise._replace(**moved))).state
+        got, known = scheme.parts(problem, end), scheme.parts(problem, stop.end)
+        return any(not np.array_equal(got[name], known[name]) for name in got)
+
+    if not depends_on(lagged=lagged + 1.0, ahead=ahead + 1.0):
+        return "; no step depends on x(t - tau), so that it solves an equation without delay"
+    if problem.constraint is not None and not trivial.noisy and not depends_on(ahead=ahead + 1.0):
+        return "; no step depends on x(t + h - tau), which y at its end follows"
+    return ""
 
 
 def _largest(parts: Parts) -> float:

@@ -88,7 +88,8 @@ def level_noise(view: Any, paths: int, h: float, block: int) -> Increment:
     """
     source = Source(1, "conformance", block, paths)
     noise = Brownian(source, view.noise_dim, h, 0, view.noise & {*BROWNIAN} | USUAL, view.records)
-    return next(next(noise.pieces())).noise.increment(0)
+    _, first = next(next(noise.pieces()))
+    return first.increment(0)
 
 
 def _stop(stops: Sequence[Array], last: Array) -> Array:

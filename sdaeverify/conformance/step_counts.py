@@ -22,6 +22,7 @@ from .trial import Trial
 
 # Numbers of steps, each with the numbers of steps of the runs it is compared with.
 COUNTS = {10: (4, 8, 16, 32), 50: (16, 32, 64, 128)}
+SHORT = {1000: (256, 512, 1024, 2048)}
 POWERS = np.array([1.0, 1.5, 2.0, 2.5])
 # Accepted difference relative to the largest distance from Euler's step; shipped schemes reach at most 0.045.
 UNLIKE = 0.1
@@ -53,6 +54,26 @@ def depends_on_count(scheme: Scheme, view: Problem) -> str:
             text = f"a step of T/{count} differs from steps of T/{others[1]} and T/{others[2]} by {off:.2g} of the"
             return f"{text} distance from Euler's step: its error depends on the number of steps"
     return ""
+
+
+def always_depends_on_count(scheme: Scheme, view: Problem) -> str:
+    """Return that steps of all numbers differ from those of runs of 2^k steps, in one line, or an empty string.
+
+    A right scheme may differ on a stiff problem at long steps, where its error is no sum of few powers, but not at
+    steps as short as those of the last number.
+
+    Parameters
+    ----------
+    scheme : Scheme
+    view : Problem
+        Problem in the scheme's form.
+    """
+    if why_not_counted(scheme, view):
+        return ""
+    step, counts = OneStep(*remove_delay(scheme, view)), COUNTS | SHORT
+    with np.errstate(all="ignore"):
+        always = all(unlike(step, count, others) > UNLIKE for count, others in counts.items())
+        return depends_on_count(scheme, view) if always else ""
 
 
 def unlike(step: OneStep, count: int, others: tuple[int, ...]) -> float:

@@ -1,6 +1,6 @@
 """A trial of a step: states of a scheme on many paths, each with different noise, as read-only arrays."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
 from typing import Any
@@ -9,12 +9,13 @@ import numpy as np
 
 from ..arrays import Array
 from ..contracts.scheme import Scheme, State, Step, Stepper, flatten, require_step, same_kind
+from ..contracts.stages import FIRST_BLOCK
 from ..forms import Delayed
 from ..noise.brownian import Increment
 from ..numerics.statistics import EPS
 from ..probe.step.nodes import SEED
 from ..probe.step.one_step import OneStep
-from ..probe.step.states import SIZE, WHEN
+from ..probe.step.states import SIZE, WHEN, spread_states
 from .batches import freeze, nudge, take_paths
 
 # Accepted difference between batches in rounding errors: vector instructions round differently at the end of a row.
@@ -103,6 +104,16 @@ class Trial:
         others = np.stack([flatten(nudged.state), flatten(self._made_of(same))])
         size = np.fmax(np.abs(before).max(axis=0), np.abs(after).max(axis=0))
         return np.asarray(ROUNDINGS * np.fmax(EPS * size, np.abs(others - after).max(axis=(0, 1))))
+
+    @property
+    def crowded(self) -> "Trial":
+        """The same step on up to as many paths as a first block, no two of them alike, as in a run."""
+        if self.given is not None:
+            return self
+        if self.x is None:
+            return replace(self, paths=FIRST_BLOCK)
+        reached = spread_states(self.view, OneStep(self.scheme, self.view).equation, FIRST_BLOCK)
+        return replace(self, x=reached, paths=reached.shape[1]) if reached.shape[1] > self.paths else self
 
     def apart(self, paths: Array | slice) -> float:
         """Return the largest difference of some paths, in this order, from their step among all paths.

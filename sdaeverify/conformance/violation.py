@@ -6,9 +6,11 @@ everywhere else, and a few states in the bulk of the law do not show the error. 
 rare noise: see `far_noise`.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from ..contracts.measure import Followed
+from ..contracts.measure import ALONG_PATHS, IN_LAW
 from ..contracts.scheme import Scheme
 from ..contracts.tally import Tally, packed
 from ..forms import Problem
@@ -21,6 +23,7 @@ from ..probe.step.one_step import OneStep
 from ..probe.step.states import reached_states
 from .contract import contract_violation
 from .exactness import exactness_violation
+from .step_counts import always_depends_on_count
 
 # Name of the evidence from comparing single steps with the equation.
 LAW = "step law"
@@ -52,7 +55,7 @@ def departure(scheme: Scheme, view: Problem, *, paths: bool = False) -> str:
     return "" if memory is None else memory.departure
 
 
-def violation(scheme: Scheme, view: Problem, *, followed: Followed) -> str:
+def violation(scheme: Scheme, view: Problem, *, followed: Mapping[str, str]) -> str:
     """Return the first violation in one line, or an empty string.
 
     Parameters
@@ -61,8 +64,8 @@ def violation(scheme: Scheme, view: Problem, *, followed: Followed) -> str:
     view : Problem
         Problem in the scheme's form. The contract is checked on it, exactness on trivial problems of the same form.
         Whether a step follows the equation at all states is checked if the scheme claims it.
-    followed : Followed
-        Names of the measures whose claims imply that steps follow the equation.
+    followed : mapping of str to str
+        `Measure.follows` by name of the measure.
 
     Returns
     -------
@@ -77,13 +80,14 @@ def violation(scheme: Scheme, view: Problem, *, followed: Followed) -> str:
         if text := contract_violation(scheme, view) or domain_violation(scheme, view):
             return text
         text = exactness_violation(scheme, view.noise_dim, followed=followed)
+        paths = ALONG_PATHS in _followed(scheme, view, followed)
         if not text and follows(scheme, view, followed):
-            text = departure(scheme, view, paths=_claims_any(scheme, view, followed.paths))
-        named = solved_instead(scheme, view) if text else ""
+            text = departure(scheme, view, paths=paths) or always_depends_on_count(scheme, view)
+        named = solved_instead(scheme, view, paths=paths) if text else ""
         return f"{text}: {named}" if named else text
 
 
-def follows(scheme: Scheme, view: Problem, followed: Followed) -> bool:
+def follows(scheme: Scheme, view: Problem, followed: Mapping[str, str]) -> bool:
     """Return whether a scheme claims, in all quantities of this problem, to follow the equation.
 
     Parameters
@@ -91,19 +95,19 @@ def follows(scheme: Scheme, view: Problem, followed: Followed) -> bool:
     scheme : Scheme
     view : Problem
         Problem in the scheme's form.
-    followed : Followed
-        Names of the measures whose claims imply that steps follow the equation.
+    followed : mapping of str to str
+        `Measure.follows` by name of the measure.
     """
-    return _claims_any(scheme, view, followed.paths | followed.law)
+    return bool(_followed(scheme, view, followed) & {ALONG_PATHS, IN_LAW})
 
 
-def _claims_any(scheme: Scheme, view: Problem, measures: frozenset[str]) -> bool:
-    """Return whether a scheme has a claim of one of `measures` that covers all quantities of this problem."""
+def _followed(scheme: Scheme, view: Problem, followed: Mapping[str, str]) -> set[str]:
+    """Return what the claims of a scheme that cover all quantities of this problem imply that steps follow."""
     held = [claim for claim in scheme.promises if claim.when <= view.traits and not claim.quantities]
-    return not measures.isdisjoint(claim.measure for claim in held)
+    return {followed.get(claim.measure, "") for claim in held}
 
 
-def compared_steps(scheme: Scheme, view: Problem, followed: Followed) -> Tally:
+def compared_steps(scheme: Scheme, view: Problem, followed: Mapping[str, str]) -> Tally:
     """Return the number of times at which steps were compared with the equation, and the largest undetected error.
 
     Empty if the scheme does not claim to follow the equation in all quantities: steps are not compared then.
@@ -113,7 +117,7 @@ def compared_steps(scheme: Scheme, view: Problem, followed: Followed) -> Tally:
     scheme : Scheme
     view : Problem
         Problem in the scheme's form.
-    followed : Followed
+    followed : mapping of str to str
         As for `follows`.
     """
     found = law_resolution(scheme, view) if follows(scheme, view, followed) else None

@@ -111,7 +111,7 @@ class Bound:
 
     @property
     def suffix(self) -> str:
-        """What stands behind the name of a quantity of which it is a bound: ``@h=0.125``, or nothing."""
+        """Suffix of the name of the bounded quantity: ``@h=0.125``, or empty for a bound at all step sizes."""
         return "" if self.at is None else f"{AT_H}{self.at:g}"
 
     def __str__(self) -> str:

@@ -24,6 +24,11 @@ class Verdict(StrEnum):
     OUT_OF_SCOPE = "out_of_scope"
     NOT_APPLICABLE = "not_applicable"
 
+    @property
+    def unmeasured(self) -> bool:
+        """Whether it means that the quantity was not measured."""
+        return self in UNMEASURED
+
 
 class Status(StrEnum):
     """Status of a finding in a gate, or of a check in a test, given the expected failures."""

@@ -16,7 +16,18 @@ from .tally import Tally
 
 # Members of a measure that select questions, turn evidence into findings or word them. The evidence itself does not
 # depend on them.
-JUDGING = frozenset({"refuses", "judge", "judge_member", "detail_columns", "level_columns", "value_of"})
+JUDGING = frozenset(
+    {
+        "refuses",
+        "judge",
+        "judge_member",
+        "judge_step",
+        "detail_columns",
+        "level_columns",
+        "value_of",
+        "step_tolerance",
+    }
+)
 
 
 class Snapshot(NamedTuple):
@@ -164,6 +175,8 @@ class Measure:
     truths: ClassVar[frozenset[str]] = frozenset({"problem", "scheme"})
     # Meaning of the estimate of a finding, where it is not an order.
     value_of: ClassVar[str] = ""
+    # Smallest defect of an order below its claim that `judge_step` detects.
+    step_tolerance: ClassVar[float] = float("nan")
     # Meaning of the details of findings and of levels, by name.
     detail_columns: ClassVar[Mapping[str, str]] = {}
     level_columns: ClassVar[Mapping[str, str]] = {}
@@ -215,28 +228,28 @@ class Measure:
         """
         return ()
 
+    def judge_step(self, scheme: Scheme, problem: Any, view: Any) -> Iterable[Finding]:  # noqa: ARG002
+        """Return the findings of one step on the claims about a problem, without sampling; none if paths are needed.
 
-class Followed(NamedTuple):
-    """Names of the measures whose claims imply that short steps follow an equation.
-
-    Attributes
-    ----------
-    paths, law : frozenset of str
-        Measures about its ``paths``, and measures about their ``law``.
-    """
-
-    paths: frozenset[str] = frozenset()
-    law: frozenset[str] = frozenset()
-
-    @classmethod
-    def by(cls, measures: Iterable[Measure]) -> "Followed":
-        """Group the names of the given measures by their `Measure.follows`."""
-        known = {measure.name: measure.follows for measure in measures}
-        return cls(*(frozenset(name for name in known if known[name] == what) for what in cls._fields))
+        Parameters
+        ----------
+        scheme : Scheme
+        problem : Problem
+            As registered or drawn.
+        view : Problem
+            In the form that the scheme solves.
+        """
+        return ()
 
 
-NONE_FOLLOW = Followed()
-# Value of `Measure.follows` for claims about an invariant law.
+def followed_by(measures: Iterable[Measure]) -> dict[str, str]:
+    """Return `Measure.follows` of each measure whose claims imply that steps follow an equation, by name."""
+    return {measure.name: measure.follows for measure in measures if measure.follows}
+
+
+# Values of `Measure.follows` for claims about paths, and about their law.
+ALONG_PATHS, IN_LAW = "paths", "law"
+# The same for claims about an invariant law.
 STATIONARY = "stationary law"
 
 

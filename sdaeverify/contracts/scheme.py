@@ -70,7 +70,7 @@ class Claim:
     source : str
         Theorem or equation, or ``measured`` for a conjecture.
     quantities : tuple of str
-        Components or residuals that it is about, at all times unless the name ends in ``@T``; empty for all of them.
+        Components or residuals to which the claim applies; at time T only if the name ends in ``@T``; empty for all.
     when : frozenset of str
         Traits that a problem must have; the claim is only tested on problems with all of them.
     sense : str
@@ -199,6 +199,9 @@ class Scheme(_Frozen):
         determine its order then, so paths and chains do; short steps must still follow the equation.
     on_request : bool
         Whether a run of all schemes omits it: it runs only if it is named, or matched by a pattern.
+    build : str or None
+        Hash of code that steps depend on outside Python, such as an executable. Evidence of another build is not
+        reused; if it is None, the code is unknown and no evidence is reused.
     source : str
     """
 
@@ -211,6 +214,7 @@ class Scheme(_Frozen):
     local_order_is_global: ClassVar[bool] = True
     discontinuous_in_noise: ClassVar[bool] = False
     on_request: ClassVar[bool] = False
+    build: ClassVar[str | None] = ""
     source: ClassVar[str] = ""
 
     def __new__(cls, *given: object, **named: object) -> Self:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..numerics import all_finite
+from ..numerics.linalg import all_finite
 
 # Steps, paths and relative step size of the pilot run that provides states, and times as fractions of the horizon.
 STEPS, PATHS, SHORT = 16, 4, 1.0 / 64.0

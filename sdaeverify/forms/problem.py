@@ -19,8 +19,8 @@ from .equation import Equation
 from .features import Feature
 from .generic import GenericClass
 from .names import article
-from .traits import ADDITIVE, COMMUTING, GENERAL, why_unknown
-from .tree_class import TreeClass
+from .traits import ADDITIVE, COMMUTING, GENERAL, Trait, known_traits, why_unknown
+from .trees.tree_class import TreeClass
 from .trivial import Trivials
 from .truths import InvariantMean, Moment, MomentEquation, Pathwise, Truth, generator_of
 
@@ -266,6 +266,11 @@ class Problem:
         return ()
 
     @classmethod
+    def known_traits(cls) -> dict[str, Trait]:
+        """Return the traits of the framework and those that the form declares, by name."""
+        return known_traits(cls)
+
+    @classmethod
     def tree_classes(cls) -> tuple[TreeClass, ...]:
         """Return the classes of equations of the form with order conditions; empty unless the form overrides this."""
         return ()
@@ -275,11 +280,15 @@ class Problem:
         """Return the classes of equations of the form with random members; empty unless the form overrides this."""
         return ()
 
-    def ito(self) -> Equation | None:
-        """Return the Ito equation of all comparable components, or None if there is none.
+    def random_like(self) -> "Problem | None":
+        """Return a random problem of the form with this kind of noise, or None unless the form overrides this.
 
-        Its names are those of `parts`, in their order.
+        No two common mistakes of a step have the same effect on it, unlike on problems with few terms.
         """
+        return None
+
+    def ito(self) -> Equation | None:
+        """Return the Ito equation of all comparable components, in the order of `parts`; None if there is none."""
         return None
 
     def own_diffusion(self, t: float, x: Array) -> Array | None:  # noqa: ARG002 - forms with a projection have one

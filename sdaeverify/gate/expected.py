@@ -129,7 +129,7 @@ def validate(data: object, kind: type[Validated]) -> Validated:
     try:
         return msgspec.convert(data, kind)
     except msgspec.ValidationError as error:
-        what, _, place = str(error).partition(" - at `$")
+        what, _, place = str(error).removeprefix("Object contains ").partition(" - at `$")
         path = place.strip(".`")
         # Expected failures are the only nested records.
         known = (FailingClaim if path else kind).__struct_encode_fields__

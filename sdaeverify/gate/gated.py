@@ -46,24 +46,6 @@ class StatusChange(NamedTuple):
         return visible(f"{self.key}: {self.before} before, {self.now} now")
 
 
-class Hunted(NamedTuple):
-    """What the hunt of a gate came to.
-
-    Attributes
-    ----------
-    refuted : tuple of str
-        A line for each claim that is refuted.
-    notes : tuple of str
-        What was looked at, or why nothing was.
-    attacks : tuple of SavedAttack
-        Its outcome for each scheme, measure and form.
-    """
-
-    refuted: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-    attacks: tuple[SavedAttack, ...] = ()
-
-
 @dataclass(frozen=True)
 class Gated:
     """Result of a gate.
@@ -84,7 +66,7 @@ class Gated:
     words : str
         Meaning of the exit code.
     plugins : tuple of str
-        Plugin files named by path.
+        Plugins that were named: paths of files, and texts of sources.
     unnamed : frozenset of str
         Labels of schemes and problems that no command can name.
     examined : mapping of str to list of str

@@ -23,7 +23,9 @@ from ..errors import UsageError
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
 from ..report.files import write_text
-from ..report.folders import Key
+from ..report.folders import Key, key_in
+from ..study import CellResult
+from ..study.every_equation import is_premise_failing
 from .expected import Text
 from .gate_plan import gated_schemes
 from .outcomes import Outcome
@@ -77,13 +79,18 @@ class Locked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     @classmethod
     def of(cls, claim: Claim) -> "Locked":
         """Convert a claim to its locked form."""
+        given: dict[str, Any] = {"sense": claim.sense}
         match claim.value:
             case Order(least, margin):
-                return cls(order=float(least), margin=float(margin), sense=claim.sense)
+                given |= {"order": float(least), "margin": float(margin)}
             case Bound(words, most, share, at):
                 step = None if at is None else float(at)
-                return cls(words=words, within=float(most), share=float(share), at=step, sense=claim.sense)
-        return cls(words=str(claim.value), sense=claim.sense)
+                given |= {"words": words, "within": float(most), "share": float(share), "at": step}
+            case words:
+                given["words"] = str(words)
+        # msgspec omits defaults that are the same objects, which numbers and texts from a worker are not.
+        defaults = dict(zip(cls.__struct_fields__, cls.__struct_defaults__, strict=True))
+        return cls(**{name: value for name, value in given.items() if value != defaults[name]})
 
     def implies(self, other: "Locked") -> bool:
         """Return whether this claim is at least as strong as another."""
@@ -121,25 +128,36 @@ def found_claims(outcomes: Iterable[Outcome]) -> Claims:
     return {key: Locked.of(claim) for key, claim in pairs if claim is not None and key.quantity}
 
 
-def compare(locked: Claims, outcomes: Iterable[Outcome]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def undecided_claims(results: Iterable[CellResult]) -> Claims:
+    """Return the claims about classes of equations that order conditions do not decide, because a premise fails."""
+    pairs = ((key_in(each.cell, one.quantity), one) for each in results for one in each.findings)
+    return {key: Locked.of(one.claim) for key, one in pairs if one.claim is not None and is_premise_failing(one)}
+
+
+def compare(
+    locked: Claims, outcomes: Iterable[Outcome], undecided: Claims | None = None
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Compare the locked claims with those found.
 
-    A cell without any measured quantity is no violation, because its own outcome reports it.
+    A cell without any measured quantity is no violation, because its own outcome reports it. Neither is a claim
+    about a class that is not decided: like any other inconclusive claim, it is tested.
 
     Parameters
     ----------
     locked : dict of Key to Locked
     outcomes : iterable of Outcome
+    undecided : dict of Key to Locked, optional
+        Claims without an outcome, as returned by `undecided_claims`.
 
     Returns
     -------
     violations : tuple of str
         A line for each claim that is gone, weaker or no longer measured.
     notes : tuple of str
-        Lines about stronger and new claims.
+        Lines about undecided, stronger and new claims.
     """
     known = list(outcomes)
-    found = found_claims(known)
+    found = {**(undecided or {}), **(gated := found_claims(known))}
     whole = _whole(known)
     without = {outcome.key for outcome in known if outcome.finding.claim is None}
     missing = [key for key in locked if key not in found and key[:3] not in whole and key not in without]
@@ -148,7 +166,9 @@ def compare(locked: Claims, outcomes: Iterable[Outcome]) -> tuple[tuple[str, ...
     violations = [f"no longer tested: {key}: {locked[key]}{_elsewhere(key, locked[key], found)}" for key in missing]
     violations += [f"claim weakened: {key}: was {locked[key]}, is {found[key]}" for key in weaker]
     notes = [f"claim strengthened: {k}: was {locked[k]}, is {found[k]}" for k in changed if k not in weaker]
-    if new := [key for key in found if key not in locked]:
+    undecided_keys = [key for key in locked if key in found and key not in gated]
+    notes += [f"not decided: {key}: {locked[key]}: a premise of the order conditions fails" for key in undecided_keys]
+    if new := [key for key in gated if key not in locked]:
         more = f" and {len(new) - 1} more" if len(new) > 1 else ""
         notes.append(f"not in the lock file: {new[0]}{more}; --write-lock adds what is new")
     return tuple(sorted(violations)), tuple(notes)

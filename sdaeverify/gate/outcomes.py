@@ -13,9 +13,8 @@ from ..registry.contributions import Registered
 from ..registry.load import Registry
 from ..report.folders import Key, key_in
 from ..study import Cell, CellResult
-from ..study.class_results import is_premise_failing
+from ..study.every_equation import EVERY_EQUATION, is_premise_failing
 from ..study.plan import claims_of, promises_of
-from ..trees.class_row import EVERY_EQUATION
 from ..verdicts.rules import Case, send
 from .expected import FailingClaim
 from .policy import Policy

@@ -14,6 +14,7 @@ from msgspec import structs
 from ..contracts.settings import Settings, require
 from ..contracts.spelling import did_you_mean
 from ..errors import UsageError
+from ..registry.sources import absolute_plugin, plugins_of_tables
 from ..workers.limits import read_memory
 from .expected import FailingClaim, Text, validate
 from .tiers import TIERS, Tier
@@ -42,7 +43,7 @@ class PolicyTable(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     measures : tuple of str or Measure
         Patterns and measures; if empty, all.
     plugins : tuple of str
-        Absolute paths of plugin files.
+        Absolute paths of plugin files, and texts of sources, whose tables have their names.
     alpha : float
         Probability of any false refutation in a run, from 1e-12 on.
     tier : str
@@ -192,9 +193,11 @@ def read_policy(start: Path, config: Path | None = None) -> Policy:
     table = _table(_table(data, "tool", file), "sdaeverify", file)
     if config is not None and not table and not name:
         raise UsageError(f"--config expects a table [tool.sdaeverify] or [project], and there is neither in {file}")
+    folder = file.parent.absolute()
     try:
-        values = structs.asdict(validate(table, PolicyTable))
-        values["plugins"] = tuple(str(file.parent.absolute() / each) for each in values["plugins"])
+        own, made = plugins_of_tables(table, folder)
+        values = structs.asdict(validate(own, PolicyTable))
+        values["plugins"] = (*(absolute_plugin(each, folder) for each in values["plugins"]), *made)
         return Policy(**values, file=file, distribution=name if isinstance(name, str) else "")
     except UsageError as error:
         raise UsageError(f"{file}: [tool.sdaeverify]: {error}") from error

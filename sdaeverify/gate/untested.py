@@ -11,7 +11,6 @@ from ..errors import FAULTS
 from ..registry.load import Registry
 from ..registry.selection import select_measures, select_problems
 from ..study import CellResult, Plan
-from ..study.class_results import is_of_class
 from ..study.plan import cells_of_claims
 from .gate_plan import gated_schemes, omitted_measures
 from .policy import Policy
@@ -67,12 +66,12 @@ def find_untested(registry: Registry, policy: Policy, made: Plan, results: Seque
 def _examined(made: Plan, results: Iterable[CellResult]) -> set[tuple[Scheme, Claim]]:
     """Return the claims that examinations have put to a test; classes of equations answer none of a cell."""
     planned = {*made.cells}
-    beside = (result for result in results if result.cell not in planned and not is_of_class(result.cell))
+    beside = (result for result in results if result.cell not in planned and result.cell.class_name is None)
     return {(each.cell.scheme, found.claim) for each in beside for found in each.findings if found.claim is not None}
 
 
 def known_quantities(results: Iterable[CellResult]) -> set[str]:
-    """Return the measured quantities; a claimed quantity that does not exist is out of scope."""
+    """Return the names of the quantities on which there is a finding, except findings that are out of scope."""
     return {f.quantity for each in results for f in each.findings if f.verdict is not Verdict.OUT_OF_SCOPE}
 
 

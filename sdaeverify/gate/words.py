@@ -10,7 +10,6 @@ from ..contracts.settings import Settings
 from ..report.plain import visible
 from ..report.tables.command import examination_command, orders_command, reproduce
 from ..report.verdict_row import VerdictRow
-from ..study.class_results import class_of, is_of_class
 from .gated import WORDS, Gated
 from .outcomes import Outcome
 
@@ -35,10 +34,10 @@ def command_of(outcome: Outcome, settings: Settings, plugins: Sequence[str] = ()
     outcome : Outcome
     settings : Settings
     plugins : sequence of str
-        Plugin files named by path.
+        Plugins that were named: paths of files, and texts of sources.
     """
-    if is_of_class(outcome.cell):
-        return orders_command(outcome.cell.scheme.label, class_of(outcome.cell), plugins=plugins)
+    if (kind := outcome.cell.class_name) is not None:
+        return orders_command(outcome.cell.scheme.label, kind, plugins=plugins)
     return reproduce(outcome.key[:3], settings, plugins)
 
 

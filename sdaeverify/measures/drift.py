@@ -43,6 +43,7 @@ from ..numerics import norm
 from ..numerics.digits import SAMPLED, significant
 from ..numerics.statistics import (
     EPS,
+    HEAVY,
     RISING,
     Estimate,
     estimates,
@@ -51,11 +52,12 @@ from ..numerics.statistics import (
     leave_out,
     slope_weights,
 )
+from ..probe.local.orders import FLAT
 from ..registry.hookspecs import hookimpl
 from ..simulate.tracks import HELD
 from ..verdicts.coverage import Coverage, claim_for, coverage
 from ..verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
-from ..verdicts.opinions import finding, guard, no_fit
+from ..verdicts.opinions import diverged, finding, guard, no_fit
 from ..verdicts.path_tests import (
     SUSPECT,
     PathTests,
@@ -83,8 +85,6 @@ BINS_PER_OCTAVE = 8
 # Size: residuals from 2^-64 to 2^32.
 LOWEST, HIGHEST = -64, 32
 EDGES = np.arange(LOWEST * BINS_PER_OCTAVE, HIGHEST * BINS_PER_OCTAVE + 1) / BINS_PER_OCTAVE
-# Chosen: |slope| below which there is no order, and the effective share of paths of heavy tails, as `Tail.heavy`.
-FLAT, HEAVY = 0.35, 0.2
 # Texts of classes for reasons; an order is given by its number.
 CLASSES = {
     "tolerance-limited": "at a solver's tolerance",
@@ -371,9 +371,9 @@ def _round_off(evidence: Evidence, defect: Defect, covered: Coverage, reason: Re
     # An exact constraint satisfies a claim of any order, but only if every step succeeded.
     health = evidence.health.sums
     verdict = Verdict.INCONCLUSIVE if health["failed"].any() else Verdict.VERIFIED
-    if health["lost"][-1] > 0:
-        verdict = Verdict.DIVERGED
-    opinion = Opinion(verdict if covered.claim else Verdict.OUT_OF_SCOPE, reason)
+    opinion = Opinion(Verdict.OUT_OF_SCOPE, reason)
+    if covered.claim:
+        opinion = diverged(Opinion(verdict, reason), health["lost"][-1])
     return _of_largest(defect, covered, opinion, ROUND_OFF)
 
 
@@ -407,7 +407,7 @@ def _of_slope(evidence: Evidence, defect: Defect, sound: Array, covered: Coverag
             tests = resolve_order(tests, covered.claim.value, share, evidence)
         opinion = guard(local, tests, evidence)
     told = "" if opinion.reason.has(Kind.ORDER) else f"along paths: {CLASSES.get(kind, f'order {slope.value:.2f}')}, "
-    size = f"residual {told}{sup:.2g} at smallest h, ~ t^{growth:.1f}"
+    size = f"residual {told}{sup:.2g} at the finest h, grows as t^{growth:.1f}"
     return finding(
         covered,
         opinion.plus(size),
@@ -440,7 +440,7 @@ def _of_state(evidence: Evidence, claim: Claim) -> Opinion | None:
     order, claimed = local_orders(evidence)[STATE].order, claim.value
     assert isinstance(claimed, Order)
     known = "residual without error beyond round-off" if np.isinf(order) else f"residual order at least {order:.2f}"
-    told = f"{known}, from one step of the state"
+    told = f"{known} from one step"
     return local._replace(reason=Reason(f"{told}; {bar(claimed.least, claimed.least - TOLERANCE)}"))
 
 
@@ -464,7 +464,7 @@ def _tests(evidence: Evidence, defect: Defect, claim: Claim, sound: Array) -> Pa
     if heavy and tests.refuted > 0.0:
         # With heavy tails, the interval of a root mean square refutes no claim.
         tests = tests.held(growth=tests.growth)._replace(
-            reason=Reason(f"heavy tails (effective share of paths {share:.2g})").then(tests.reason)
+            reason=Reason(f"heavy tails: the mean rests on {share:.2g} of the paths").then(tests.reason)
         )
     return hold_back(with_sample(tests, evidence.paths, heavy=heavy), evidence, sound)
 

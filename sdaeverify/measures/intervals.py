@@ -31,7 +31,7 @@ from ..verdicts.coverage import coverage
 from ..verdicts.opinions import finding, local_doubt, local_opinion
 from .path_errors.errors import ErrorObserver
 from .path_errors.quantity import ERROR_COLUMNS, judge_together, quantities_of
-from .strong.findings import FIRST, SECOND, STRONG_COLUMNS, WHOLE, judge_errors, local_orders, probe_strong
+from .strong.findings import FIRST, SECOND, STRONG_COLUMNS, TOLERANCE, WHOLE, judge_errors, local_orders, probe_strong
 
 NORMS = {"L2": 2}
 # Relative tolerance for a grid time to be the end of an interval.
@@ -41,9 +41,6 @@ UP_TO = " up to "
 # Interval of the local order for each suffix of a quantity's name; the last entry is for all later intervals.
 SPANS = {f"{UP_TO}tau": FIRST, f"{UP_TO}2 tau": SECOND, "tau": WHOLE}
 GIVEN_PAST = "one step given its past"
-# Amount by which an order without sampling error may fall short of its claim.
-# Chosen: as that of strong orders.
-TOLERANCE = 0.1
 GIVEN = "at a fixed time, from single steps that start from the exact past"
 
 

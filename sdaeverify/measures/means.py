@@ -14,7 +14,7 @@ from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..forms import Problem
 from ..forms.truths import Moment
-from ..numerics.statistics import EPS, Estimate, estimates, group_sums, jackknives, leave_out
+from ..numerics.statistics import EPS, HEAVY, Estimate, estimates, group_sums, jackknives, leave_out
 from .slopes import Slopes
 
 VALUES, SQUARES, CUBES, SIZES, KNOWN = "values ", "squares ", "cubes ", "sizes ", "truth "
@@ -157,7 +157,7 @@ class Means(Slopes):
         # The largest group's share distinguishes a single path from a distribution about 0.
         share = float(self.squares.max() / self.squares.sum()) if square > 0.0 else 0.0
         mean = float(self.sums[:, level].sum() / self.counts.sum())
-        return share > 4.0 / groups and mean**2 < 0.2 * square
+        return share > 4.0 / groups and mean**2 < HEAVY * square
 
     @property
     def errors(self) -> int:

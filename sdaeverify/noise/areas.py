@@ -35,9 +35,12 @@ def pairs(l: int) -> tuple[Array, Array]:
 
 def outer(a: Array, b: Array) -> Array:
     """Return a_i b_j - a_j b_i for each pair; shapes (..., l, P) -> (..., l (l - 1)/2, P)."""
-    i, j = pairs(a.shape[-2])
-    product: Array = a[..., i, :] * b[..., j, :] - a[..., j, :] * b[..., i, :]
-    return product
+    # One pair at a time: indexing with arrays copies four arrays of the size of the result.
+    found = np.empty((*a.shape[:-2], a.shape[-2] * (a.shape[-2] - 1) // 2, a.shape[-1]))
+    for place, (i, j) in enumerate(zip(*pairs(a.shape[-2]), strict=True)):
+        np.multiply(a[..., i, :], b[..., j, :], out=found[..., place, :])
+        found[..., place, :] -= a[..., j, :] * b[..., i, :]
+    return found
 
 
 def known_part(dW: Array, H: Array, K: Array) -> Array:

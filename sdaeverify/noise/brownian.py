@@ -142,19 +142,39 @@ class LevelNoise(NamedTuple):
         """Return the same noise with the records restricted to the first `paths` paths."""
         return self._replace(records=each(lambda part: part[..., :paths], self.records))
 
+    def halved(self, h: float, xi: Array) -> "LevelNoise":
+        """Halve every step of length h, conditionally on its dW and, if given, its H and K.
 
-class Piece(NamedTuple):
-    """A few successive steps of one level.
+        With D = dW_1 - dW_2 and S = H_1 + H_2, E = H_1 - H_2 of the two halves,
 
-    Attributes
-    ----------
-    level : int
-    noise : LevelNoise
-        At most `LONGEST` steps.
-    """
+            D = 3 H + (sqrt(h)/2) xi_1,   S = 2 H - D/2,   E = sqrt(h/12) xi_2;   without H:   D = sqrt(h) xi_1;
 
-    level: int
-    noise: LevelNoise
+        and with K, for T = K_1 + K_2, U = K_1 - K_2,
+
+            E = (15/2) K + sqrt(h/192) xi_2,   T = 4 K - E/2,   U = sqrt(h/720) xi_3.
+
+        Parameters
+        ----------
+        h : float
+            Length of the steps to halve, unit time.
+        xi : ndarray, shape (k, n, l, P)
+            Independent standard normals for the n steps, one row for each given one of dW, H and K.
+
+        Returns
+        -------
+        LevelNoise
+            Arrays of shape (2 n, l, P).
+        """
+        if self.H is None:
+            return LevelNoise(_halves(self.dW, np.sqrt(h) * xi[0]), None)
+        D = 3.0 * self.H + (0.5 * np.sqrt(h)) * xi[0]
+        S = 2.0 * self.H - 0.5 * D
+        if self.K is None:
+            E = np.sqrt(h / 12) * xi[1]
+            return LevelNoise(_halves(self.dW, D), _halves(S, E))
+        E = 7.5 * self.K + np.sqrt(h / 192) * xi[1]
+        K = _halves(4.0 * self.K - 0.5 * E, np.sqrt(h / 720) * xi[2])
+        return LevelNoise(_halves(self.dW, D), _halves(S, E), K=K)
 
 
 class Source(NamedTuple):
@@ -217,8 +237,8 @@ class Brownian(NamedTuple):
     fields: frozenset[str] = USUAL
     records: tuple[NoiseRecord, ...] = ()
 
-    def pieces(self) -> Iterator[Iterator[Piece]]:
-        """Yield, for each coarsest step in turn, an iterator over its pieces at all levels.
+    def pieces(self) -> Iterator[Iterator[tuple[int, LevelNoise]]]:
+        """Yield, for each coarsest step in turn, an iterator over its pieces at all levels: the level, and its noise.
 
         The pieces of each level come in time order, a coarse one before the finer ones inside it, and each is at most
         `LONGEST` steps long. So memory does not depend on the finest level, unless areas are drawn, which need all
@@ -233,32 +253,63 @@ class Brownian(NamedTuple):
             named = (np.sqrt(self.h / PARTS[name]) * each for name, each in zip(PARTS, xi, strict=False))
             first = LevelNoise(**{"H": None, **dict(zip(PARTS, named, strict=False))})
             records = {r.name: r.begin(streams[0][r.name], self.h, self.source.paths) for r in self.records}
-            descent = self._descend(Piece(0, _freeze(first._replace(records=records))), streams)
+            descent = self._descend(0, _freeze(first._replace(records=records)), streams)
             yield self._with_areas(descent, rest) if "A" in self.fields else descent
 
-    def _descend(self, piece: Piece, streams: Sequence[Mapping[str, np.random.Generator]]) -> Iterator[Piece]:
-        # Records are refined on all paths of a full block; only the used paths are yielded.
-        yield Piece(piece.level, piece.noise.first_paths(self.source.used)) if self.records else piece
-        level, steps = piece.level + 1, len(piece.noise.dW)
-        if level > self.finest:
-            return
-        for begin in range(0, steps, LONGEST // 2):
-            coarse, h = piece.noise.part(begin, begin + LONGEST // 2), self.h / 2**piece.level
-            fine = refine(coarse, h, self._normals(streams[level]["brownian"], len(coarse.dW)))
-            records = {r.name: r.refined(coarse.records[r.name], h, streams[level][r.name]) for r in self.records}
-            yield from self._descend(Piece(level, _freeze(fine._replace(records=records))), streams)
+    def follow(
+        self, steps: int, advance: Callable[[int, LevelNoise], None], note: Callable[[], None] | None = None
+    ) -> None:
+        """Pass the noise to `advance` piece by piece, level by level: the loop over time of all simulations.
 
-    def _with_areas(self, descent: Iterator[Piece], rest: np.random.Generator) -> Iterator[Piece]:
+        Parameters
+        ----------
+        steps : int
+            Number of coarsest steps.
+        advance : callable, (int, LevelNoise) -> None
+            Makes the steps of a piece of noise of a level.
+        note : callable, optional
+            Called without arguments at the end of each coarsest step.
+        """
+        for _, pieces in zip(range(steps), self.pieces(), strict=False):
+            for level, noise in pieces:
+                advance(level, noise)
+            if note is not None:
+                note()
+
+    def steps(self) -> Iterator[tuple[LevelNoise, ...]]:
+        """Yield the noise of each coarsest step in turn, one array per level.
+
+        For studies of a few steps, since all levels of a coarsest step are held in memory; see `pieces`.
+        """
+        for pieces in self.pieces():
+            yield _levels(pieces, self.finest)
+
+    def _descend(
+        self, level: int, noise: LevelNoise, streams: Sequence[Mapping[str, np.random.Generator]]
+    ) -> Iterator[tuple[int, LevelNoise]]:
+        # Records are refined on all paths of a full block; only the used paths are yielded.
+        yield level, noise.first_paths(self.source.used) if self.records else noise
+        if level == self.finest:
+            return
+        finer, h = streams[level + 1], self.h / 2**level
+        for begin in range(0, len(noise.dW), LONGEST // 2):
+            coarse = noise.part(begin, begin + LONGEST // 2)
+            fine = coarse.halved(h, self._normals(finer["brownian"], len(coarse.dW)))
+            records = {r.name: r.refined(coarse.records[r.name], h, finer[r.name]) for r in self.records}
+            yield from self._descend(level + 1, _freeze(fine._replace(records=records)), streams)
+
+    def _with_areas(
+        self, descent: Iterator[tuple[int, LevelNoise]], rest: np.random.Generator
+    ) -> Iterator[tuple[int, LevelNoise]]:
         pieces = list(descent)
         levels = _levels(pieces, self.finest)
         areas = [self._finest_areas(levels[-1], rest)]
         for fine in reversed(levels[1:]):
             areas.insert(0, join_areas(areas[0], fine.dW))
         done = [0] * len(levels)
-        for piece in pieces:
-            level, begin, noise = piece.level, done[piece.level], piece.noise
-            done[level] = begin + len(noise.dW)
-            yield Piece(level, _freeze(noise._replace(A=areas[level][begin : done[level]])))
+        for level, noise in pieces:
+            begin, done[level] = done[level], done[level] + len(noise.dW)
+            yield level, _freeze(noise._replace(A=areas[level][begin : done[level]]))
 
     def _finest_areas(self, noise: LevelNoise, rest: np.random.Generator) -> Array:
         def normals(rows: int) -> Array:
@@ -273,42 +324,11 @@ class Brownian(NamedTuple):
         return np.moveaxis(xi[..., : self.source.used], 1, 0)
 
 
-def brownian_steps(
-    source: Source,
-    dimension: int,
-    h: float,
-    finest: int,
-    fields: frozenset[str] = USUAL,
-    records: tuple[NoiseRecord, ...] = (),
-) -> Iterator[tuple[LevelNoise, ...]]:
-    """Yield the noise of each coarsest step in turn, one array per level.
-
-    For studies of a few steps, since all levels of a coarsest step are held in memory; see `Brownian`.
-
-    Parameters
-    ----------
-    source : Source
-        Address of the random numbers, and number of paths.
-    dimension : int
-        Number l of Brownian motions.
-    h : float
-        Coarsest step size.
-    finest : int
-        Index of the finest level, whose steps have length h/2^finest.
-    fields : frozenset of str
-        Kinds of noise to draw, of "dW", "H", "K", "A".
-    records : tuple of NoiseRecord
-        Noise other than Brownian motions, such as jumps.
-    """
-    for pieces in Brownian(source, dimension, h, finest, fields, records).pieces():
-        yield _levels(pieces, finest)
-
-
-def _levels(pieces: Iterable[Piece], finest: int) -> tuple[LevelNoise, ...]:
+def _levels(pieces: Iterable[tuple[int, LevelNoise]], finest: int) -> tuple[LevelNoise, ...]:
     """Return the noise of a coarsest step, one array per level."""
     levels: list[list[LevelNoise]] = [[] for _ in range(finest + 1)]
-    for piece in pieces:
-        levels[piece.level].append(piece.noise)
+    for level, noise in pieces:
+        levels[level].append(noise)
     return tuple(_freeze(join_batches(level)) for level in levels)
 
 
@@ -351,43 +371,6 @@ def draw_areas(noise: LevelNoise, h: Array | float, normals: Callable[[int], Arr
     K = np.sqrt(h / PARTS["K"]) * normals(l) if noise.K is None else noise.K
     areas: Array = known_part(noise.dW, noise.H, K) + np.sqrt(REST) * h * normals(l * (l - 1) // 2)
     return areas
-
-
-def refine(coarse: LevelNoise, h: float, xi: Array) -> LevelNoise:
-    """Halve every step of length h, conditionally on its dW and, if given, its H and K.
-
-    With D = dW_1 - dW_2 and S = H_1 + H_2, E = H_1 - H_2 of the two halves,
-
-        D = 3 H + (sqrt(h)/2) xi_1,   S = 2 H - D/2,   E = sqrt(h/12) xi_2;   without H:   D = sqrt(h) xi_1;
-
-    and with K, for T = K_1 + K_2, U = K_1 - K_2,
-
-        E = (15/2) K + sqrt(h/192) xi_2,   T = 4 K - E/2,   U = sqrt(h/720) xi_3.
-
-    Parameters
-    ----------
-    coarse : LevelNoise
-        Arrays of shape (n, l, P).
-    h : float
-        Length of the steps to halve, unit time.
-    xi : ndarray, shape (k, n, l, P)
-        Independent standard normals, one row for each given one of dW, H and K.
-
-    Returns
-    -------
-    LevelNoise
-        Arrays of shape (2 n, l, P).
-    """
-    if coarse.H is None:
-        return LevelNoise(_halves(coarse.dW, np.sqrt(h) * xi[0]), None)
-    D = 3.0 * coarse.H + (0.5 * np.sqrt(h)) * xi[0]
-    S = 2.0 * coarse.H - 0.5 * D
-    if coarse.K is None:
-        E = np.sqrt(h / 12) * xi[1]
-        return LevelNoise(_halves(coarse.dW, D), _halves(S, E))
-    E = 7.5 * coarse.K + np.sqrt(h / 192) * xi[1]
-    K = _halves(4.0 * coarse.K - 0.5 * E, np.sqrt(h / 720) * xi[2])
-    return LevelNoise(_halves(coarse.dW, D), _halves(S, E), K=K)
 
 
 def fingerprint(seed: int) -> str:

@@ -46,6 +46,11 @@ class Law(NamedTuple):
     weights: tuple[float, ...] = ()
     clip: float = 0.0
 
+    @classmethod
+    def clipped_gaussian(cls, p: float) -> "Law":
+        """Return the law of normal variables clipped at A_h = sqrt(2 p |ln h|)."""
+        return cls("clipped-gaussian", _normal, clip=p)
+
     @property
     def bounded(self) -> bool:
         """Whether the law is discrete, with finitely many atoms."""
@@ -132,11 +137,6 @@ def _three_point(x: Array) -> Array:
 
 def _two_point(x: Array) -> Array:
     return np.where(x < 0.0, -1.0, 1.0)
-
-
-def clipped_gaussian(p: float) -> Law:
-    """Return the law of normal variables clipped at A_h = sqrt(2 p |ln h|)."""
-    return Law("clipped-gaussian", _normal, clip=p)
 
 
 GAUSSIAN = Law("gaussian", _normal)

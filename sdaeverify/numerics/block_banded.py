@@ -30,6 +30,11 @@ class BlockBanded:
     # Without this, NumPy would evaluate number * matrix elementwise instead of calling `__rmul__`.
     __array_ufunc__ = None
 
+    @classmethod
+    def identity(cls, nodes: int, size: int) -> "BlockBanded":
+        """Return the identity with blocks of shape (size, size), shared by all paths."""
+        return cls(np.broadcast_to(np.eye(size)[..., None], (1, nodes, size, size, 1)))
+
     @property
     def upper(self) -> int:
         """Number of block diagonals above the main one."""
@@ -96,11 +101,6 @@ class BlockBanded:
         sizes = np.abs(self.blocks)
         rows: Array = sizes[0].sum(axis=2) if len(sizes) == 1 else sizes.sum(axis=(0, 3))
         return np.asarray(np.maximum.reduce(rows, axis=(0, 1)))
-
-
-def identity(nodes: int, size: int) -> BlockBanded:
-    """Return the identity with blocks of shape (size, size), shared by all paths."""
-    return BlockBanded(np.broadcast_to(np.eye(size)[..., None], (1, nodes, size, size, 1)))
 
 
 def overlap(nodes: int, offset: int) -> tuple[slice, slice]:

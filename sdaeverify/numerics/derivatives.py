@@ -158,12 +158,12 @@ def is_analytic(f: Function, x: Array) -> bool:
 
 
 def lengths(x: Array) -> tuple[float, ...]:
-    """Return the lengths over which f may change: 1, and the unit of x if far smaller, or `SHORTER` if x = 0."""
+    """Return the lengths over which f may change: 1, and the unit of x if another, or `SHORTER` if x = 0."""
     size = float(np.abs(x).max(initial=0.0))
     if size == 0.0:
         return (1.0, *SHORTER)
     unit = float(unit_of(size))
-    return (1.0, unit) if unit < 1.0 else (1.0,)
+    return (1.0, unit) if unit != 1.0 else (1.0,)
 
 
 def matches_differences(f: Function, derivative: Array, x: Array, y: Array) -> bool:

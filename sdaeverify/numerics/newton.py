@@ -14,6 +14,8 @@ Solver = Callable[[Any, Array], Array]
 
 # Largest accepted last update relative to the solution; the error after it is about the square, below rounding.
 RELATIVE = 1e-9
+# Relative difference that is attributed to rounding and to solvers that have converged, which stop at this bound.
+SOLVED = RELATIVE
 # If F has fallen to this part of its value at the last factorised matrix, that matrix may be used for the last
 # update.
 FALLEN = 1e-6

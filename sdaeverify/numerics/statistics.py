@@ -18,6 +18,8 @@ ROOT = np.sqrt(GROUPS)
 EPS = float(np.finfo(float).eps)
 # Steps that are too coarse for the problem show as local orders that increase by more than this per level.
 RISING = 0.05
+# Effective share of the paths in a mean below which its tails are heavy.
+HEAVY = 0.2
 
 
 class Estimate(NamedTuple):
@@ -336,32 +338,28 @@ class Tail(NamedTuple):
     share: float
     hill: float
 
+    @classmethod
+    def of(cls, total: float, total_of_squares: float, largest: Array, paths: int) -> "Tail":
+        """Return the concentration of a sum of errors.
+
+        Parameters
+        ----------
+        total, total_of_squares : float
+            Sums of e and e^2 over all paths.
+        largest : ndarray, shape (k,)
+            The k largest errors, descending.
+        paths : int
+        """
+        top = largest[largest > 0.0]
+        excess = np.add.reduce(np.log(top[:-1] / top[-1])) / (len(top) - 1) if len(top) > 1 else 0.0
+        effective = total**2 / (paths * total_of_squares) if total_of_squares > 0.0 else 1.0
+        share = largest[0] / total if total > 0.0 else 0.0
+        return cls(float(effective), float(share), float(1.0 / excess) if excess > 0.0 else float("inf"))
+
     @property
     def heavy(self) -> bool:
         """Whether the tail is so heavy that intervals of the mean cannot be trusted."""
-        return self.effective < 0.2 or self.share > 0.05 or self.hill < 1.8
-
-
-def tail(total: float, total_of_squares: float, largest: Array, paths: int) -> Tail:
-    """Return the tail diagnostics of a sum of errors.
-
-    Parameters
-    ----------
-    total, total_of_squares : float
-        Sums of e and e^2 over all paths.
-    largest : ndarray, shape (k,)
-        The k largest errors, descending.
-    paths : int
-
-    Returns
-    -------
-    Tail
-    """
-    top = largest[largest > 0.0]
-    excess = np.add.reduce(np.log(top[:-1] / top[-1])) / (len(top) - 1) if len(top) > 1 else 0.0
-    effective = total**2 / (paths * total_of_squares) if total_of_squares > 0.0 else 1.0
-    share = largest[0] / total if total > 0.0 else 0.0
-    return Tail(float(effective), float(share), float(1.0 / excess) if excess > 0.0 else float("inf"))
+        return self.effective < HEAVY or self.share > 0.05 or self.hill < 1.8
 
 
 def clopper_pearson(hits: int, trials: int, confidence: float) -> tuple[float, float]:

@@ -33,16 +33,20 @@ PATHS = 6
 # Size: steps of a run.
 BEFORE, MOST, FEWEST = 2, 12, 5
 # Step sizes, as divisors of the unit of time: growth at the first is confirmed at the second.
+# Size: of the steps.
 PARTS = 2.0**8, 2.0**10
 # Exponents are compared over three steps, as feedback may take a step for each of position, velocity and noise:
 # growth with the power 1.17 per step is a factor 1.6. Exponents that increase by a constant per step, as for v^2/r,
 # increase by 9/6 in the three steps up to the ninth, until which numbers of this size do not overflow; their moments
 # stay bounded.
+# Theorem: elementary, 1.17^3 = 1.60 and 9/6 = 1.5.
 WINDOW, RISE = 3, 1.6
 NAME = "explosion"
 # Runs begin at time 0, and again after this part of the horizon.
+# Size: times at which runs begin.
 LATE = 0.7
 # The reported step is the first that increases the size by more than this number of decades.
+# Words: of a reason.
 SHOWN = 2.0
 # Share of the paths that must explode: a single one may owe its growth to the noise of later steps.
 SHARE = 0.5

@@ -28,7 +28,7 @@ from ..contracts.specs import (
 from ..contracts.spelling import did_you_mean
 from ..errors import FAULTS, ParameterError, PluginError, UsageError, one_line
 from . import hookspecs
-from .discovery import FURTHER, Origin, entry_points
+from .discovery import FURTHER, Origin, entry_points, is_disabled, origin_of
 
 SCHEMES, PROBLEMS, MEASURES, REPORT = HOOKS = (
     "sdaeverify_schemes",
@@ -119,13 +119,15 @@ class Registered:
 Entries = Mapping[str, Mapping[str, Registered]]
 
 
-def collect(plugin: object, origin: Origin) -> Entries:
+def collect(plugin: object, origin: Origin, disabled: frozenset[str] = frozenset()) -> Entries:
     """Return the objects that a plugin registers, by hook; only hooks that it implements are included.
 
     Parameters
     ----------
     plugin : module or object with hooks
     origin : Origin
+    disabled : frozenset of str
+        Names of disabled plugins: the hooks that they define are not called, and register nothing.
 
     Raises
     ------
@@ -137,7 +139,8 @@ def collect(plugin: object, origin: Origin) -> Entries:
     manager.register(plugin, origin.plugin)
     callers = {caller.name: caller for caller in manager.get_hookcallers(plugin) or ()}
     _check_hooks(plugin, callers)
-    return {hook: _entries(hook, caller, origin) for hook, caller in sorted(callers.items())}
+    off = {hook for hook, entry in further_hooks().items() if is_disabled(origin_of(entry), disabled)}
+    return {hook: {} if hook in off else _entries(hook, callers[hook], origin) for hook in sorted(callers)}
 
 
 def word_of(hook: str) -> str:

@@ -6,10 +6,11 @@ import pkgutil
 import re
 import sys
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..contracts.spelling import did_you_mean
 from ..errors import FAULTS, PluginError, UsageError, one_line
@@ -95,8 +96,15 @@ def entry_points(group: str = GROUP) -> list[metadata.EntryPoint]:
 
 def origin_of(entry: metadata.EntryPoint) -> Origin:
     """Return the origin of an entry point."""
-    name, version = (entry.dist.name, entry.dist.version) if entry.dist else ("", "")
+    name, version = _name_and_version(entry.dist) if entry.dist else ("", "")
     return Origin(entry.name, name or "unknown", version or "unknown", entry.value)
+
+
+@lru_cache
+def _name_and_version(distribution: metadata.Distribution) -> tuple[str, str]:
+    """Return the name and the version of a distribution; each access to an attribute parses its whole metadata."""
+    fields = distribution.metadata
+    return fields["Name"], fields["Version"]
 
 
 def normalise(distribution: str) -> str:
@@ -108,6 +116,40 @@ def is_disabled(origin: Origin, disabled: Iterable[str]) -> bool:
     """Return whether a plugin is disabled, by its own name or its distribution's."""
     names = set(disabled)
     return origin.plugin in names or normalise(origin.distribution) in set(map(normalise, names))
+
+
+def enabled_entry_points(group: str) -> list[metadata.EntryPoint]:
+    """Return the entry points of a group without those that the environment disables."""
+    disabled = disabled_plugins(os.environ)
+    return [entry for entry in entry_points(group) if not is_disabled(origin_of(entry), disabled)]
+
+
+def names_of_plugins() -> set[str]:
+    """Return the names of entry points in all groups of this project, and the normalised ones of distributions."""
+    known = metadata.entry_points()
+    groups = [name for name in known.groups if name == GROUP or name.startswith(f"{GROUP}.")]
+    origins = [origin_of(entry) for group in groups for entry in known.select(group=group)]
+    return {name for origin in origins for name in (origin.plugin, normalise(origin.distribution))}
+
+
+def load_entry(entry: metadata.EntryPoint, what: str) -> Any:
+    """Return the object of an entry point.
+
+    Parameters
+    ----------
+    entry : EntryPoint
+    what : str
+        Name of the object for the message.
+
+    Raises
+    ------
+    PluginError
+        If it cannot be imported.
+    """
+    try:
+        return entry.load()
+    except FAULTS as error:
+        raise PluginError(f"{what} of {origin_of(entry)} is broken: {one_line(error)}") from error
 
 
 def submodules(package: object, origin: Origin) -> list[Origin]:

@@ -1,10 +1,10 @@
-"""Protection of the process from plugin code: its working directory, and the size of its log."""
+"""Protection of the process from plugin code: its end, its working directory, and the size of its log."""
 
 import os
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
-from typing import Any, TextIO
+from typing import Any, NoReturn, TextIO
 
 # Maximum number of characters that plugins may print at a time.
 MOST_PRINTED = 2**20
@@ -43,6 +43,9 @@ class BoundedText:
         for line in lines:
             self.write(line)
 
+    def close(self) -> None:
+        """Leave the stream open: it is that of the program."""
+
     def __getattr__(self, name: str) -> Any:
         return getattr(self.stream, name)
 
@@ -74,3 +77,17 @@ def same_folder() -> Iterator[None]:
     finally:
         with suppress(OSError):
             os.chdir(here)
+
+
+@contextmanager
+def exits_raise() -> Iterator[None]:
+    """Let `os._exit` raise SystemExit: a plugin that calls it must not end the program as if it had succeeded."""
+
+    def refuse(status: int) -> NoReturn:
+        raise SystemExit(f"os._exit({status})")
+
+    known, os._exit = os._exit, refuse
+    try:
+        yield
+    finally:
+        os._exit = known

@@ -13,6 +13,9 @@ names marked `hookimpl`::
     [project.entry-points."sdaeverify.hooks"]
     sdaeverify_tables = "my_tables:Table"   # a hook of your own, and the class of the objects it returns
 
+    [project.entry-points."sdaeverify.sources"]
+    models = "my_models:MODELS"         # a sdaeverify.commands.PluginSource, which makes the option --models
+
     # my_schemes.py, or: sdaeverify matrix --plugin my_schemes.py
     from sdaeverify import hookimpl
 
@@ -20,8 +23,9 @@ names marked `hookimpl`::
     def sdaeverify_schemes():
         return [MyScheme()]
 
-No hook is called inside the time loop. A plugin that fails in any way, or registers a name that is taken, is
-left out as a whole and listed with the reason.
+No hook is called inside the time loop. Those of an installed plugin are called once in a process, and again after a
+file of its package or a folder of `sys.path` has changed. A plugin that fails in any way, or registers a name that
+is taken, is left out as a whole and listed with the reason.
 """
 
 from collections.abc import Callable, Iterable

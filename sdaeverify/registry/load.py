@@ -4,16 +4,18 @@ A plugin that fails in any way is left out as a whole; its row gives the reason.
 """
 
 import os
+import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from ..contracts.measure import Followed
+from ..contracts.measure import followed_by
 from ..contracts.scheme import Scheme
 from ..contracts.specs import ProblemSpec
 from ..contracts.spelling import did_you_mean
@@ -35,19 +37,20 @@ from .discovery import (
     LAB,
     OWN_DISTRIBUTION,
     Origin,
-    absolute,
     disabled_plugins,
     entry_points,
     is_disabled,
     is_strict,
     load_file,
+    names_of_plugins,
     normalise,
     origin_of,
     submodules,
     warn_unknown,
     warn_unmatched,
 )
-from .foreign_code import printed_to_stderr, same_folder
+from .foreign_code import exits_raise, printed_to_stderr, same_folder
+from .sources import absolute_plugin, plugin_of, split_source
 
 ON_REQUEST, WHO_ASKS = "on request", "loaded by the commands that need it"
 
@@ -101,13 +104,24 @@ class Registry:
     warnings : tuple of str
         Warnings about environment variables and claims, one line each.
     files : tuple of str
-        Absolute paths of plugin files: a worker process loads them by `load_file` before it unpickles anything.
+        Plugins that were named for this registry: absolute paths of files, and texts of sources.
     """
 
     entries: Entries
     plugins: tuple[PluginRow, ...] = ()
     warnings: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Paths of plugin files: a worker process loads them by `load_file` before it unpickles anything."""
+        return tuple(each for each in self.files if not split_source(each)[0])
+
+    @property
+    def sourced(self) -> tuple[str, ...]:
+        """Names of the schemes of sources, such as a program that was named on the command line."""
+        made = {each for each in self.files if split_source(each)[0]}
+        return tuple(name for name, entry in self.schemes.items() if entry.origin.module in made)
 
     @property
     def complaints(self) -> tuple[str, ...]:
@@ -133,9 +147,9 @@ class Registry:
         return self.entries.get(MEASURES, {})
 
     @property
-    def followed(self) -> Followed:
-        """Names of the measures whose claims imply that steps follow the equation."""
-        return Followed.by(entry.thing for entry in self.measures.values())
+    def followed(self) -> dict[str, str]:
+        """`Measure.follows` of the measures whose claims imply that steps follow the equation, by name."""
+        return followed_by(entry.thing for entry in self.measures.values())
 
     @property
     def modules(self) -> tuple[str, ...]:
@@ -175,7 +189,7 @@ def load_registry(
     Parameters
     ----------
     paths : sequence of str or Path
-        Plugin files; an error in one of them is raised, because the user has requested it.
+        Plugin files and texts of sources; an error in one of them is raised, because the user has requested it.
     environ : mapping of str to str
         By default that of the process. ``SDAEVERIFY_DISABLED_PLUGINS`` names plugins, entry points or
         distributions that are left out; with ``SDAEVERIFY_STRICT_PLUGINS`` a broken plugin is an error.
@@ -191,7 +205,7 @@ def load_registry(
         If an environment variable has an invalid value.
     """
     # Standard output is for results; text printed by plugins during import goes to stderr.
-    with printed_to_stderr(), same_folder():
+    with printed_to_stderr(), same_folder(), exits_raise():
         return _load(paths, os.environ if environ is None else environ, lab=lab)
 
 
@@ -199,30 +213,73 @@ def _load(paths: Sequence[str | Path], environ: Mapping[str, str], *, lab: bool)
     if isinstance(paths, str | bytes | Path) or not isinstance(paths, Iterable):
         raise UsageError(f"plugins expects a list of Python files, got {paths!r:.200}")
     # Resolve paths before loading plugins, which might change the working directory.
-    files = tuple(dict.fromkeys(str(absolute(path)) for path in paths))
+    named = tuple(dict.fromkeys(map(absolute_plugin, paths)))
     disabled = disabled_plugins(environ)
-    entries, further, outcomes = entry_points(), entry_points(LAB), list[LoadedPlugin]()
-    for entry in (*entries, *further) if lab else entries:
-        outcomes += _from_entry_point(entry, disabled, outcomes)
+    entries, further = entry_points(), entry_points(LAB)
+    outcomes = _from_entry_points([*entries, *further] if lab else entries, disabled)
     outcomes += [] if lab else [_for_the_lab(origin_of(entry), disabled) for entry in further]
     if is_strict(environ):
         _refuse_broken([outcome.row for outcome in outcomes])
-    for file in files:
-        outcomes.append(_from_file(file, outcomes))
+    for each in named:
+        load = _from_source if split_source(each)[0] else _from_file
+        outcomes.append(load(each, disabled, outcomes))
     _refuse_unknown_measures(outcomes, strict=is_strict(environ))
-    known = {entry.name for entry in (*entries, *further)} | {outcome.row.name for outcome in outcomes}
-    known |= {normalise(outcome.row.distribution) for outcome in outcomes}
-    return _assemble(outcomes, warn_unknown(environ) + warn_unmatched(disabled, known), files)
+    known = names_of_plugins() | {outcome.row.name for outcome in outcomes}
+    return _assemble(outcomes, warn_unknown(environ) + warn_unmatched(disabled, known), named)
 
 
-def _assemble(outcomes: Sequence[LoadedPlugin], warnings: tuple[str, ...], files: tuple[str, ...]) -> Registry:
+class _Installed(NamedTuple):
+    """Outcomes of entry points, and the times at which the files that they depend on were changed last."""
+
+    outcomes: tuple[LoadedPlugin, ...]
+    changed: Mapping[str, int | None]
+
+
+def _from_entry_points(entries: Iterable[EntryPoint], disabled: frozenset[str]) -> list[LoadedPlugin]:
+    """Load the plugins of entry points; those of an earlier call are returned again while no file has changed.
+
+    An outcome with a broken plugin is not kept, because its author may repair it in a file that is not known here.
+    """
+    given = tuple(entries), disabled, tuple(sys.path)
+    found = _load_installed(*given)
+    if any(_changed(file) != known for file, known in found.changed.items()):
+        _load_installed.cache_clear()
+        found = _load_installed(*given)
+    if any(outcome.row.status == "broken" for outcome in found.outcomes):
+        _load_installed.cache_clear()
+    return [*found.outcomes]
+
+
+@lru_cache(maxsize=4)
+def _load_installed(entries: tuple[EntryPoint, ...], disabled: frozenset[str], path: tuple[str, ...]) -> _Installed:
+    outcomes = list[LoadedPlugin]()
+    for entry in entries:
+        outcomes += _from_entry_point(entry, disabled, outcomes)
+    return _Installed(tuple(outcomes), {file: _changed(file) for file in (*_files_of(entries), *path)})
+
+
+def _files_of(entries: Iterable[EntryPoint]) -> set[str]:
+    """Return the files and folders of all imported modules of some packages; a new module changes its folder."""
+    packages = tuple(f"{entry.value.partition(':')[0]}." for entry in entries)
+    modules = [module for name, module in [*sys.modules.items()] if f"{name}.".startswith(packages)]
+    folders = (folder for module in modules for folder in getattr(module, "__path__", ()))
+    return {*folders, *(file for module in modules if (file := getattr(module, "__file__", None)))}
+
+
+def _changed(file: str) -> int | None:
+    with suppress(OSError):
+        return os.stat(file or os.curdir).st_mtime_ns
+    return None
+
+
+def _assemble(outcomes: Sequence[LoadedPlugin], warnings: tuple[str, ...], given: tuple[str, ...]) -> Registry:
     def named(hook: str) -> Mapping[str, Registered]:
         parts = (outcome.entries.get(hook, {}) for outcome in outcomes)
         return MappingProxyType(dict(sorted((name, entry) for part in parts for name, entry in part.items())))
 
     entries = {hook: named(hook) for hook in known_hooks()}
     warnings = (*warnings, *_idle_claims(entries[SCHEMES], entries[MEASURES]))
-    return Registry(entries, tuple(outcome.row for outcome in outcomes), warnings, files)
+    return Registry(entries, tuple(outcome.row for outcome in outcomes), warnings, given)
 
 
 def _refuse_unknown_measures(outcomes: Sequence[LoadedPlugin], *, strict: bool) -> None:
@@ -260,16 +317,23 @@ def _no_hook() -> str:
     return f"implements no hook; expected one of {', '.join(known_hooks())}, marked @hookimpl"
 
 
-def _from_file(path: str, before: Sequence[LoadedPlugin]) -> LoadedPlugin:
+def _from_file(path: str, disabled: frozenset[str], before: Sequence[LoadedPlugin]) -> LoadedPlugin:
     origin = Origin(Path(path).stem, "", "", path)
+    if origin.plugin in disabled:
+        raise PluginError(f"plugin file {path}: {DISABLED} disables {origin.plugin}; remove the name or the file")
     plugin = load_file(path)
     try:
-        entries = collect(plugin, origin)
+        entries = collect(plugin, origin, disabled)
         if not entries:
             raise PluginError(_no_hook())
         return _loaded(entries, origin, before)
     except FAULTS as error:
         raise PluginError(f"plugin file {path}: {one_line(error)}") from error
+
+
+def _from_source(named: str, disabled: frozenset[str], before: Sequence[LoadedPlugin]) -> LoadedPlugin:
+    origin = Origin(split_source(named)[0], "", "", named)
+    return _loaded(collect(plugin_of(named), origin, disabled), origin, before)
 
 
 def _from_entry_point(
@@ -287,7 +351,7 @@ def _load_plugins(
         return [_skip(origin)]
     try:
         plugin = load()
-        if entries := collect(plugin, origin):
+        if entries := collect(plugin, origin, disabled):
             return [_loaded(entries, origin, before)]
         modules = submodules(plugin, origin)
     except FAULTS as error:

@@ -8,7 +8,7 @@ from rich.text import Text
 
 from .cells import Row, grouped, number, text
 from .plain import visible
-from .sentences import lines_of
+from .sentences import wrap_styled
 
 CLAIMED = ("refuted", "error", "inconclusive", "verified")
 NOTED = {"inconclusive": "without a verdict", "error": "in error"}
@@ -31,8 +31,25 @@ def class_lines(rows: Sequence[Row], width: int) -> Iterator[Text]:
     groups = grouped((row for row in rows if text(row, "verdict") in CLAIMED), _alike)
     for (verdict, claim, why), same in sorted(groups.items(), key=lambda item: CLAIMED.index(item[0][0])):
         names = ", ".join(map(_class_name, same))
-        told = f"{claim} {verdict} for smooth equations of the class {names}{why and f': {why}'}"
-        yield from lines_of(visible(f"  {told}"), width, "    ", verdict)
+        told = f"{claim} {verdict} for smooth equations of the class {names}{_begun(why)}"
+        yield from wrap_styled(visible(f"  {told}"), width, "    ", verdict)
+
+
+def equation_lines(rows: Sequence[Row]) -> Iterator[str]:
+    """Yield the modified equations of a scheme, with classes of the same terms under the first of them.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        Rows of the table of classes.
+    """
+    known = [row for row in rows if text(row, "modified")]
+    for same in grouped(known, lambda row: text(row, "modified_terms") or text(row, "modified")).values():
+        yield ""
+        yield from text(same[0], "modified").replace("\\n", "\n").split("\n")
+        further = dict.fromkeys(text(row, "class") for row in same if text(row, "class") != text(same[0], "class"))
+        if further:
+            yield f"    the same for the class {', '.join(further)}"
 
 
 def _class_name(row: Row) -> str:
@@ -51,10 +68,16 @@ def _alike(row: Row) -> tuple[str, str, str]:
 
 
 def why(row: Row) -> str:
-    """Return which condition fails, or why no condition decides."""
+    """Return the mistake, if it is known, and the condition that fails; or why no condition decides."""
     if text(row, "verdict") == "refuted" and text(row, "first"):
-        return f"{text(row, 'first')}: found {text(row, 'found')}, wanted {text(row, 'wanted')}"
+        failing = f"{text(row, 'first')}: found {text(row, 'found')}, wanted {text(row, 'wanted')}"
+        return text(row, "reason").removesuffix(".") or failing
     return text(row, "premise")
+
+
+def _begun(why: str) -> str:
+    """Return a reason as it follows a statement: a sentence of its own, or words after a colon; empty if it is."""
+    return f"{'.' if why[:1].isupper() else ':'} {why}" if why else ""
 
 
 def class_notes(rows: Sequence[Row]) -> Iterator[str]:
@@ -63,7 +86,21 @@ def class_notes(rows: Sequence[Row]) -> Iterator[str]:
     if claimed := [f"{found[verdict]} {NOTED.get(verdict, verdict)}" for verdict in CLAIMED[::-1] if found[verdict]]:
         yield f"claims for classes of equations: {', '.join(claimed)}"
     for row in [row for row in rows if text(row, "verdict") == "refuted"][:1]:
-        yield f"refuted: {text(row, 'scheme')}, {text(row, 'measure')} for the class {text(row, 'class')}: {why(row)}"
+        claim = f"{text(row, 'scheme')}, {text(row, 'measure')} for the class {text(row, 'class')}"
+        yield f"refuted: {claim}{_begun(why(row))}"
+
+
+def class_summary(rows: Sequence[Row]) -> Iterator[str]:
+    """Yield the modified equations of refuted schemes, followed by the number of claims with each verdict.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        Rows of the table of classes.
+    """
+    yield from equation_lines([row for row in rows if text(row, "verdict") == "refuted"])
+    yield ""
+    yield from class_notes(rows)
 
 
 def hint(rows: Iterable[Row], scheme: str, measure: str, verdict: str) -> str:
@@ -89,7 +126,7 @@ def hint(rows: Iterable[Row], scheme: str, measure: str, verdict: str) -> str:
     wrong = next((row for row in own if text(row, "verdict") == "refuted"), None)
     if wrong is not None:
         also = ", too" if verdict == "refuted" else ""
-        return f"refuted for the class {text(wrong, 'class')}{also}: {why(wrong)}"
+        return f"refuted for the class {text(wrong, 'class')}{also}{_begun(why(wrong))}"
     if verdict == "verified":
         return ""
     claimed = {text(row, "verdict") for row in own} & {*CLAIMED}

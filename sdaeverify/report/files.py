@@ -9,12 +9,13 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from io import StringIO
 from pathlib import Path
-from typing import IO
-
-import pandas as pd
+from typing import IO, TYPE_CHECKING
 
 from ..errors import UsageError
 from .plain import visible
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 PARQUET = ".parquet"
 UNFINISHED = ".unfinished-"
@@ -65,7 +66,7 @@ def require_writable(folder: Path, option: str = "--out") -> None:
         raise UsageError(f"cannot write into {folder}: {why}; choose another {option}") from error
 
 
-def write_table(table: pd.DataFrame, path: Path) -> None:
+def write_table(table: "pd.DataFrame", path: Path) -> None:
     """Write a table as CSV, and as Parquet if pyarrow is installed.
 
     Numbers have all digits, None and NaN become empty cells, and texts and headings pass through `harmless`.

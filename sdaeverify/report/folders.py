@@ -7,15 +7,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import pandas as pd
-
+from ..contracts.finding import Verdict
 from ..contracts.labels import parse_label, text_of
 from ..errors import UsageError
-from ..trees.class_row import EVERY_EQUATION
+from ..study.every_equation import EVERY_EQUATION
 from .files import PARQUET, read_rows, require_writable, write_json, write_table
 from .tables.absent import AbsentGroup, group_absent, ungroup_absent
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from ..study import Cell
 
 # Class of a label that names none.
@@ -70,7 +71,7 @@ class SavedTables(NamedTuple):
     classes: Sequence[TextRow] = ()
 
 
-def save_tables(folder: Path, tables: Mapping[str, pd.DataFrame], run: Mapping[str, object]) -> None:
+def save_tables(folder: Path, tables: Mapping[str, "pd.DataFrame"], run: Mapping[str, object]) -> None:
     """Write the tables of a run and ``run.json``, replacing those of an earlier run.
 
     Parameters
@@ -89,8 +90,10 @@ def save_tables(folder: Path, tables: Mapping[str, pd.DataFrame], run: Mapping[s
     write_json(run, folder / RUN)
 
 
-def _grouped(absent: pd.DataFrame) -> pd.DataFrame:
+def _grouped(absent: "pd.DataFrame") -> "pd.DataFrame":
     """Return the table of cells that do not apply as it is saved: one row for each scheme and reason."""
+    import pandas as pd  # noqa: PLC0415 - plugins and workers need no tables
+
     groups = group_absent({str(name): value for name, value in row.items()} for row in absent.to_dict("records"))
     return pd.DataFrame([group.row for group in groups], columns=[*AbsentGroup._fields])
 
@@ -116,6 +119,8 @@ def read_verdicts(folder: Path) -> SavedTables:
         raise UsageError(
             f"the run in {folder} is {told}, this version of sdaeverify reads format {SCHEMA}: run it again"
         )
+    if unknown := {row.get("verdict", "") for row in rows} - {*Verdict}:
+        raise UsageError(f"{folder / VERDICTS} has an unknown verdict: {min(unknown)!r:.200}")
     verdicts = [row for row in rows if class_in(row["problem"]) is None]
     details = read_table(folder / CLASSES) if (folder / CLASSES).is_file() else ()
     classes = joined_classes((row for row in rows if class_in(row["problem"]) is not None), details)

@@ -42,6 +42,11 @@ def text_table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> Tab
     return table
 
 
+def fits_width(console: Console, table: Table) -> bool:
+    """Return whether no cell of a table has to be wrapped on a console."""
+    return console.measure(table, options=console.options.update(width=UNBROKEN)).maximum <= console.width
+
+
 def wrap_text(text: str, width: int, indent: str = "", most: int = 0) -> list[str]:
     """Wrap a text between words.
 

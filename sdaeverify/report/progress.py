@@ -8,8 +8,9 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.text import Text
 
 from ..contracts.finding import Verdict
-from ..study import Advanced, CellResult, Compared, Event, Finished
+from ..study import Advanced, CellResult, Compared, Event
 from .plain import errors, visible
+from .sentences import WORDS
 
 # Kinds of progress display.
 KINDS = ("auto", "plain", "none")
@@ -38,12 +39,12 @@ def line(result: CellResult) -> str:
     """Return a finished cell in one line: scheme, problem, measure, verdicts, seconds."""
     cell = result.cell
     counts = Counter(finding.verdict for finding in result.findings)
-    verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    verdicts = ", ".join(f"{count} {WORDS.get(verdict, verdict)}" for verdict, count in counts.items())
     return visible(f"{cell.scheme.label}  {cell.spec.label}  {cell.measure.name}  {verdicts}  {result.seconds:.2f} s")
 
 
 def _lines(event: Event) -> None:
-    if isinstance(event, Finished):
+    if isinstance(event, Advanced):
         asked = [result for result in event.results if result.cell.verdict is not Verdict.NOT_APPLICABLE]
         for result in asked:
             errors().print(Text(line(result)), soft_wrap=True)

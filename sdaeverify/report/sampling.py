@@ -11,17 +11,18 @@ from ..arrays import Array, Mask, Parts
 from ..contracts.matching import match
 from ..contracts.measure import Snapshot
 from ..contracts.scheme import Scheme
-from ..contracts.settings import FIRST_BLOCK, Settings, whole
+from ..contracts.settings import Settings, whole
 from ..contracts.specs import ProblemSpec
 from ..contracts.spelling import counted
+from ..contracts.stages import FIRST_BLOCK
 from ..contracts.tally import Tally
 from ..errors import SchemeError, UsageError
 from ..forms import Problem
-from ..noise.brownian import Brownian, Piece, Source
+from ..noise.brownian import Brownian, LevelNoise, Source
 from ..registry.load import load_registry
 from ..registry.selection import only, select_problems, select_schemes
 from ..simulate.ensemble import one_thread
-from ..simulate.tracks import Track, follow
+from ..simulate.tracks import Track
 from .paper.axes import axes_of
 from .tables.datasets import dataset
 
@@ -180,11 +181,11 @@ def _simulate(scheme: Scheme, spec: ProblemSpec, source: Source, level: int) -> 
     book = _Book(track, DEFAULT.coarsest * 2**level)
     brownian = Brownian(source, problem.noise_dim, h, level, problem.noise, problem.records)
 
-    def advance(piece: Piece) -> None:
-        if piece.level == level:
-            track.advance(piece.noise, (book,))
+    def advance(at: int, noise: LevelNoise) -> None:
+        if at == level:
+            track.advance(noise, (book,))
 
-    follow(brownian, DEFAULT.coarsest, advance)
+    brownian.follow(DEFAULT.coarsest, advance)
     track.find_lost(0.0)
     times = np.linspace(0.0, problem.horizon, len(book.parts))
     components = {name: np.stack([parts[name] for parts in book.parts]) for name in book.parts[0]}

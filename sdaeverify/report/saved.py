@@ -30,7 +30,7 @@ class SavedRun:
     schemes, problems, measures : tuple of str
         Labels and names.
     files : tuple of str
-        Plugin files that were named by path.
+        Plugins that were named: paths of files, and texts of sources.
     """
 
     folder: Path
@@ -118,8 +118,18 @@ def claims_of(run: Mapping[str, Any], file: object = RUN) -> tuple[SavedClaim, .
         raise _unlike(file, error) from error
 
 
-def read_attacks(folder: Path) -> tuple[SavedAttack, ...]:
-    """Return the results of the hunt of a gate; empty if the folder is not that of a gate with a hunt.
+def is_of_run(report: Mapping[str, Any], folder: Path) -> bool:
+    """Return whether the contents of ``gate.json`` are about the run that the folder has now.
+
+    A later run in the same folder has another date; reports of earlier versions have none.
+    """
+    return report.get("date", "") in {"", run_of(folder).get("date")}
+
+
+def read_attacks(folder: Path) -> tuple[tuple[SavedAttack, ...], str]:
+    """Return the results of the hunt of a gate, and why there are none although ``gate.json`` has some.
+
+    There are none if the folder is not that of a gate with a hunt, or if it has a later run.
 
     Raises
     ------
@@ -128,11 +138,15 @@ def read_attacks(folder: Path) -> tuple[SavedAttack, ...]:
     """
     file = folder / GATE
     if not file.is_file():
-        return ()
+        return (), ""
     try:
-        return msgspec.convert(json.loads(file.read_bytes()).get("attacks", ()), tuple[SavedAttack, ...])
+        report = json.loads(file.read_bytes())
+        attacks = msgspec.convert(report.get("attacks", ()), tuple[SavedAttack, ...])
     except (OSError, ValueError, AttributeError, RecursionError) as error:
         raise UsageError(f"{file} is not as this program writes it: {error}") from error
+    if attacks and not is_of_run(report, folder):
+        return (), f"{file} is about an earlier run in this folder: its hunt is left out; run gate again"
+    return attacks, ""
 
 
 def settings_of(run: Mapping[str, Any], file: object = RUN) -> Settings:

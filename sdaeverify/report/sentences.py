@@ -42,7 +42,7 @@ FEW, MANY = 4, 5
 MOST_NAMED = 3
 
 
-def lines_of(text: str, width: int, indent: str = "", verdict: str = "", most: int = 0) -> list[Text]:
+def wrap_styled(text: str, width: int, indent: str = "", verdict: str = "", most: int = 0) -> list[Text]:
     """Wrap a text into lines in the style of a verdict.
 
     Parameters
@@ -100,7 +100,7 @@ def _tiers_in_words(rows: Sequence[VerdictRow], *, plain: bool) -> Iterator[Text
     told = [f"{tier}: {TIERS[tier]}" for tier in sorted({row.decided_by for row in rows}) if tier in TIERS]
     if not all(isnan(row.claimed_order) for row in rows):
         heading = _in_letters(ACCEPTED) if plain else ACCEPTED
-        told.append(f"{heading}: the claim less its margin, which an order along paths may miss it by")
+        told.append(f"{heading}: the least order along paths that the claim allows, the claim less its margin")
     if told:
         yield Text("; ".join(told), style="dim")
 
@@ -139,8 +139,8 @@ def ending(
     plain : bool
         Whether the output is restricted to ASCII.
     """
-    first = lines_of(sentence, width)
-    last = [line for note in notes for line in lines_of(visible(note), width, "  ")]
+    first = wrap_styled(sentence, width)
+    last = [line for note in notes for line in wrap_styled(visible(note), width, "  ")]
     room = MOST_LINES - len(first) - len(last) - 2
     needs, schemes = list(_attention(rows, width, plain=plain)), by_scheme(rows, width, plain=plain)
     share = max(room - len(schemes), room // 2)
@@ -235,10 +235,12 @@ def quantity_lines(row: VerdictRow, width: int, *, plain: bool = False) -> list[
         *row.labelled,
         resolution_in_words(row),
     ]
-    head = f"  {mark(row.verdict, plain=plain)} {visible(row.quantity)}: {visible('; '.join(filter(None, told)))}"
+    # The verdict on a scheme as a whole names no quantity.
+    what = f"{row.quantity}: " if row.quantity else ""
+    head = f"  {mark(row.verdict, plain=plain)} {visible(what + '; '.join(filter(None, told)))}"
     return [
-        *lines_of(head, width, "    ", row.verdict),
-        *lines_of(f"    {visible(row.reason)}", width, "    "),
+        *wrap_styled(head, width, "    ", row.verdict),
+        *wrap_styled(f"    {visible(row.reason)}", width, "    "),
     ]
 
 
@@ -258,7 +260,7 @@ def by_scheme(rows: Iterable[VerdictRow], width: int, *, plain: bool = False) ->
     order = list(SYMBOLS)
     names = sorted(schemes, key=lambda name: (min(order.index(row.verdict) for row in schemes[name]), name))
     told = (f"{name}: {_counts_by_measure(schemes[name], plain=plain)}" for name in names)
-    return [line for text in told for line in lines_of(text, width, "    ")]
+    return [line for text in told for line in wrap_styled(text, width, "    ")]
 
 
 def _counts_by_measure(rows: Sequence[VerdictRow], *, plain: bool) -> str:
@@ -273,7 +275,7 @@ def _attention(rows: Iterable[VerdictRow], width: int, *, plain: bool) -> Iterat
     groups = grouped((row for row in rows if row.verdict in ATTENTION), _what_is_wrong)
     for (verdict, *_), group in sorted(groups.items(), key=lambda item: ATTENTION.index(item[0][0])):
         most = FEW if verdict == "inconclusive" else MANY
-        yield lines_of(_group_words(group, plain=plain), width, "    ", verdict, most)
+        yield wrap_styled(_group_words(group, plain=plain), width, "    ", verdict, most)
 
 
 def _what_is_wrong(row: VerdictRow) -> tuple[str, ...]:

@@ -226,7 +226,7 @@ def _along_paths(found: "Finding") -> tuple[Interval, str]:
         return Interval(), ""
     if told and not found.details["informative"]:
         resolved = _detail(found, "resolved")
-        noise = f"bias below sampling noise ({resolved:.1f} of {RESOLVED:g} standard errors)"
+        noise = f"bias below sampling noise ({resolved:.1f} standard errors; {RESOLVED:g} needed)"
         # The reason already mentions a change of sign or a doubt of a guard.
         said = resolved >= RESOLVED or not isnan(found.reason.standard_errors) or found.reason.has(Kind.GUARD)
         return Interval(), "" if said else noise

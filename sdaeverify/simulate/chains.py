@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..contracts.scheme import Scheme, State
-from ..contracts.settings import LARGEST_BLOCK
+from ..contracts.stages import LARGEST_BLOCK
 from ..noise.brownian import USUAL, Brownian, Source
 from ..numerics.statistics import EPS
 from .tracks import Track
@@ -141,7 +141,7 @@ class Chains:
         self.pieces = Brownian(source, view.noise_dim, h, levels - 1, fields, view.records).pieces()
 
     def advance(self, steps: int) -> None:
-        """Make coarsest steps, and mark the chains that blow up."""
+        """Advance all chains by a number of coarsest steps, and mark those that blow up."""
         for _ in range(steps):
             self._step()
         self._find_lost()
@@ -171,8 +171,8 @@ class Chains:
         return parts.mean(axis=0), not _moves(parts[0] - parts[SEGMENTS // 2 :].mean(axis=0), parts)
 
     def _step(self) -> None:
-        for piece in next(self.pieces):
-            self.tracks[piece.level].advance(piece.noise, ())
+        for level, noise in next(self.pieces):
+            self.tracks[level].advance(noise, ())
         self.steps += 1
 
     def _zeros(self) -> Array:

@@ -5,7 +5,7 @@ Noise is held for a few steps, states for one: memory depends neither on the num
 
 import os
 import time
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
@@ -18,17 +18,18 @@ from threadpoolctl import ThreadpoolController
 from ..arrays import Parts
 from ..conformance import compared_steps, violation
 from ..contracts.matching import match
-from ..contracts.measure import Followed, Measure, Observer, Snapshot, rests_on_moments
+from ..contracts.measure import Measure, Observer, Snapshot, followed_by, rests_on_moments
 from ..contracts.scheme import Scheme
-from ..contracts.settings import SCREENING, Settings
+from ..contracts.settings import Settings
 from ..contracts.specs import ProblemSpec, built
+from ..contracts.stages import SCREENING
 from ..contracts.tally import Tally, packed
 from ..errors import FAULTS, SchemeError, is_out_of_memory, with_traceback
 from ..forms import Problem
-from ..noise.brownian import Brownian, Piece, Source
+from ..noise.brownian import Brownian, LevelNoise, Source
 from ..probe.explosion import NAME, explosion
 from .reference import Reference
-from .tracks import SchemeTracks, follow
+from .tracks import SchemeTracks
 
 # Bytes: just below the largest block that, when freed, makes glibc keep smaller blocks.
 LARGE_BLOCK = 2**25 - 2**16
@@ -93,8 +94,8 @@ class Task:
         Whether probes run before sampling, in a block of their own; otherwise they run with the first block of paths.
     stage : int
         Number of levels of the paths beyond those of the settings; see `Settings.stages`.
-    followed : Followed or None
-        Names of the measures whose claims imply that steps follow the equation; None to take them from the entries.
+    followed : mapping of str to str, or None
+        `Measure.follows` by name of the measure; None to take it from the entries.
     """
 
     spec: ProblemSpec
@@ -102,7 +103,7 @@ class Task:
     settings: Settings
     screened: bool = False
     stage: int = 0
-    followed: Followed | None = None
+    followed: Mapping[str, str] | None = None
 
     @property
     def label(self) -> str:
@@ -110,9 +111,9 @@ class Task:
         return self.spec.label
 
     @property
-    def following(self) -> Followed:
-        """Names of the measures whose claims imply that steps follow the equation."""
-        return self.followed or Followed.by(measure for entry in self.entries for measure in entry.measures)
+    def following(self) -> Mapping[str, str]:
+        """`Measure.follows` by name of the measure."""
+        return self.followed or followed_by(measure for entry in self.entries for measure in entry.measures)
 
     def only(self, entries: Sequence[Entry]) -> "Task":
         """Return the task restricted to some entries, or to some of their measures."""
@@ -267,17 +268,17 @@ def _simulate(place: _Place, runs: "Sequence[_Run]", source: Source) -> None:
     h = problem.horizon / coarsest
     brownian = Brownian(source, problem.noise_dim, h, reference.finest, problem.noise, problem.records)
 
-    def advance(piece: Piece) -> None:
+    def advance(level: int, noise: LevelNoise) -> None:
         with place.marker.of(PROBLEM):
-            reference.advance(piece, extra)
+            reference.advance(level, noise, extra)
         for run in runs:
-            run.advance(piece)
+            run.advance(level, noise)
 
     def note() -> None:
         for run in runs:
             run.note()
 
-    follow(brownian, coarsest, advance, note)
+    brownian.follow(coarsest, advance, note)
 
 
 class _Watch:
@@ -360,11 +361,11 @@ class _Run:
         """Whether there is an observer and no error of the scheme."""
         return not self.error and any(watch.observer for watch in self.watches)
 
-    def advance(self, piece: Piece) -> None:
-        """Make the scheme's steps on a piece of noise, unless it has failed or is not sampled."""
+    def advance(self, level: int, noise: LevelNoise) -> None:
+        """Make the scheme's steps on a piece of noise of a level, unless it has failed or is not sampled."""
         if self.sampled:
             with self._catch_errors():
-                self.tracks.advance(piece, self.watches)
+                self.tracks.advance(level, noise, self.watches)
 
     def note(self) -> None:
         """Pass the states of the scheme and the exact solution at the end of a coarsest step to the observers."""

@@ -8,7 +8,7 @@ from ..arrays import Parts
 from ..contracts.settings import Settings
 from ..forms import Problem
 from ..forms.truths import Pathwise
-from ..noise.brownian import Increment, LevelNoise, Piece
+from ..noise.brownian import Increment, LevelNoise
 
 # Halvings between the finest level and the fine reference run of a scheme. The effect of its error on a slope over
 # four levels, at most 0.06 at order 1 and 0.15 at order 1/2, is part of the interval; another halving would double
@@ -55,12 +55,21 @@ class Reference:
             self.states = [self.truth.start(self.paths) for _ in range(1 if self.truth.exact else 2)]
         self.steps = [0 for _ in self.states]
 
-    def advance(self, piece: Piece, extra: np.random.Generator) -> None:
-        """Make the steps of a piece of noise, if the exact solution steps at its level."""
-        index = self.level - piece.level
+    def advance(self, level: int, noise: LevelNoise, extra: np.random.Generator) -> None:
+        """Make the steps of a piece of noise, if the exact solution steps at its level.
+
+        Parameters
+        ----------
+        level : int
+        noise : LevelNoise
+            Successive steps of this level.
+        extra : numpy.random.Generator
+            Draws the further normals of an exact solution.
+        """
+        index = self.level - level
         if 0 <= index < len(self.states):
-            self.states[index] = self._advance_state(index, piece.noise, extra)
-            self.steps[index] += len(piece.noise.dW)
+            self.states[index] = self._advance_state(index, noise, extra)
+            self.steps[index] += len(noise.dW)
 
     def parts(self) -> list[Parts]:
         """Return the known components at full and, if inexact, at half resolution; empty if it makes no steps."""

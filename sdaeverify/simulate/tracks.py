@@ -1,6 +1,6 @@
 """One scheme on one problem at all step sizes, advanced by one coarsest step at a time and observed by measures."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,18 +11,15 @@ from ..contracts.settings import Settings
 from ..contracts.tally import Tally
 from ..errors import SchemeError
 from ..forms import Problem
-from ..noise.brownian import Brownian, Increment, LevelNoise, Piece
-from ..numerics import all_finite
+from ..noise.brownian import Increment, LevelNoise
+from ..numerics.linalg import all_finite
+from ..probe.local.orders import TOLERANCE
 
 # A finite state larger than the initial one by this factor is a moment explosion on its way to overflow.
 BLOW_UP = 1e8
 COST, COUNTED = "cost ", "counted "
 # Name, among the arguments of constraints, of the mask of paths on which a step found no root: 1 there, else 0.
 HELD = "held"
-
-
-def _nothing() -> None:
-    """Ignore the end of a coarsest step; used if no measure observes the run."""
 
 
 class Track:
@@ -46,7 +43,7 @@ class Track:
         self.first: tuple[State, Increment, Array] | None = None
 
     def advance(self, noise: LevelNoise, observers: Sequence[Observer]) -> None:
-        """Make a step for each increment, and pass the steps that they want to the observers."""
+        """Make a step for each increment; pass the state to each observer after the steps that it requests."""
         for index in range(len(noise.dW)):
             increment, before = self._increment(noise, index), self.state
             result = self._step_once(increment)
@@ -127,12 +124,14 @@ class Track:
         return result
 
     def repeat_first_step(self) -> None:
-        """Repeat the first step after all others, to detect hidden state.
+        """Repeat the first step after all others, on all paths and on every second one.
+
+        This detects hidden state, and paths that influence each other in batches of the size of a block.
 
         Raises
         ------
         SchemeError
-            If the result differs.
+            If the result differs, on every second path by more than a solver's tolerance.
         """
         if self.first is None:
             return
@@ -140,27 +139,11 @@ class Track:
         again = flatten(self.stepper(state, 0.0, increment).state)
         if not np.array_equal(led, again, equal_nan=True):
             raise SchemeError("the same step gave another result when it was repeated: it depends on hidden state")
-
-
-def follow(
-    brownian: Brownian, steps: int, advance: Callable[[Piece], None], note: Callable[[], None] = _nothing
-) -> None:
-    """Pass the noise to `advance` piece by piece, level by level; this is the only loop over time.
-
-    Parameters
-    ----------
-    brownian : Brownian
-    steps : int
-        Number of coarsest steps.
-    advance : callable, Piece -> None
-        Makes the steps of a piece.
-    note : callable
-        Called without arguments at the end of each coarsest step.
-    """
-    for _, pieces in zip(range(steps), brownian.pieces(), strict=False):
-        for piece in pieces:
-            advance(piece)
-        note()
+        half, known = (each(lambda part: part[..., ::2], batch) for batch in (state, increment)), led[:, ::2]
+        begin, noise = half
+        apart = np.nan_to_num(np.abs(flatten(self.stepper(begin, 0.0, noise).state) - known))
+        if apart.max(initial=0.0) > TOLERANCE * np.nan_to_num(np.abs(known)).max(initial=0.0):
+            raise SchemeError("half of the paths of a step alone give another result: each must be stepped by itself")
 
 
 class SchemeTracks:
@@ -173,10 +156,19 @@ class SchemeTracks:
         self.tracks = {level: Track(scheme, problem, level, h / 2**level, paths) for level in levels}
         self.own = own
 
-    def advance(self, piece: Piece, observers: Sequence[Observer]) -> None:
-        """Make the steps of a piece of noise, if there is a track at its level."""
-        if piece.level in self.tracks:
-            self.tracks[piece.level].advance(piece.noise, () if piece.level == self.own else observers)
+    def advance(self, level: int, noise: LevelNoise, observers: Sequence[Observer]) -> None:
+        """Make the steps of a piece of noise, if there is a track at its level.
+
+        Parameters
+        ----------
+        level : int
+        noise : LevelNoise
+            Successive steps of this level.
+        observers : sequence of Observer
+            Not called for the scheme's own reference run.
+        """
+        if level in self.tracks:
+            self.tracks[level].advance(noise, () if level == self.own else observers)
 
     def repeat_first_steps(self) -> None:
         """Repeat the first step of each track: a step that counts its calls gives another result."""

@@ -49,13 +49,15 @@ class Code(NamedTuple):
 def code_of(thing: Any) -> Code | None:
     """Return the code of a class or function, as it was loaded; None if no source can be read.
 
+    The build of a scheme, which stands for code outside Python, is part of it; there is none if the build is unknown.
+
     Parameters
     ----------
     thing : type or callable
         The class of a scheme or measure, or the function of a problem. Members of a measure that judge are excluded.
     """
-    homes = homes_of(thing)
-    if None in homes:
+    homes, build = homes_of(thing), getattr(thing, "build", "")
+    if None in homes or build is None:
         return None
     measuring = isinstance(thing, type) and issubclass(thing, Measure)
     try:
@@ -63,7 +65,28 @@ def code_of(thing: Any) -> Code | None:
     except OSError:
         return None
     libraries = {version for _, imported in parsed for top in imported - KNOWN for version in _versions(top)}
-    return Code(_hash(digest.encode() for digest, _ in parsed), tuple(sorted(libraries)))
+    parts = [*(digest for digest, _ in parsed), *filter(None, [build])]
+    return Code(_hash(map(str.encode, parts)), tuple(sorted(libraries)))
+
+
+def judging_code(*kinds: type) -> str:
+    """Return a hash of the whole framework, of the packages of some classes and of libraries; empty without source.
+
+    Unlike `code_of`, it includes the members of measures that judge, and comments.
+    """
+    codes = [code_of(kind) for kind in kinds]
+    known = [code for code in codes if code is not None]
+    if len(known) < len(codes):
+        return ""
+    sources = {(home, _loaded_source(kind, home)) for kind in kinds for home in homes_of(kind) if home}
+    contents = {_hash_files(home, source) for home, source in (*sources, (ROOT, None))}
+    libraries = {*arithmetic(), *(name for code in known for name in code.libraries)}
+    return _hash(map(str.encode, (*(code.digest for code in known), *sorted(contents), *sorted(libraries))))
+
+
+@cache
+def _hash_files(home: Path, source: bytes | None) -> str:
+    return _hash([source] if source is not None else (file.read_bytes() for file in _files_below(home)))
 
 
 def homes_of(thing: Any) -> list[Path | None]:
@@ -171,6 +194,24 @@ def framework_code() -> str:
     """Return a hash of the parts of the framework that produce evidence."""
     files = (file for room in MEASURING for file in _files_below(ROOT / room) if file.name not in SAYING)
     return _parse(((file.relative_to(ROOT).as_posix(), file.read_bytes()) for file in files), frozenset())[0]
+
+
+def code_key(*kinds: type, of: str) -> str:
+    """Return a hash of the code of the framework and of some classes, of libraries and a text; empty without source.
+
+    Parameters
+    ----------
+    *kinds : type
+        Classes of schemes and measures, and a class of each further package whose code counts.
+    of : str
+        What else determines a result.
+    """
+    codes = [code_of(kind) for kind in kinds]
+    known = [code for code in codes if code is not None]
+    if len(known) < len(codes):
+        return ""
+    libraries = sorted({*arithmetic(), *(name for code in known for name in code.libraries)})
+    return _hash(map(str.encode, (of, framework_code(), *libraries, *(code.digest for code in known))))
 
 
 def arithmetic() -> tuple[str, ...]:

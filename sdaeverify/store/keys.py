@@ -5,10 +5,11 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict
 
-from ..contracts.measure import NONE_FOLLOW, Followed, Measure
+from ..contracts.measure import ALONG_PATHS, IN_LAW, Measure
 from ..contracts.scheme import Scheme
-from ..contracts.settings import SCREENING, Settings
+from ..contracts.settings import Settings
 from ..contracts.specs import ProblemSpec
+from ..contracts.stages import SCREENING
 from .code import arithmetic, code_of, framework_code
 
 Ingredients = Mapping[str, str]
@@ -25,7 +26,7 @@ MADE_WITH = CODE_OF_SCHEME, CODE_OF_PROBLEM, LIBRARIES, FRAMEWORK = (
 
 
 def lane_ingredients(
-    scheme: Scheme, spec: ProblemSpec, settings: Settings, block: int, followed: Followed = NONE_FOLLOW
+    scheme: Scheme, spec: ProblemSpec, settings: Settings, block: int, followed: Mapping[str, str] | None = None
 ) -> Ingredients | None:
     """Return the ingredients of evidence on a lane; None if any of its code has no source.
 
@@ -37,9 +38,9 @@ def lane_ingredients(
     settings : Settings
     block : int
         Index of the block of paths; `SCREENING` for evidence without paths.
-    followed : Followed
-        Names of the measures whose claims imply that steps follow the equation. The scheme's claims among
-        them are ingredients, because some checks depend on them.
+    followed : mapping of str to str, optional
+        `Measure.follows` by name of the measure. The scheme's claims about paths and about their law are ingredients,
+        because some checks depend on them.
     """
     own, other = code_of(type(scheme)), code_of(spec.function)
     if own is None or other is None:
@@ -50,7 +51,7 @@ def lane_ingredients(
         "problem": spec.label,
         "index": str(block),
         "paths of the block": drawn,
-        **{f"claims that follow {what}": str(_claimed(scheme, names)) for what, names in followed._asdict().items()},
+        **{f"claims that follow {what}": _claimed(scheme, followed or {}, what) for what in (ALONG_PATHS, IN_LAW)},
         **{name: str(value) for name, value in asdict(settings).items() if name not in UNKEYED},
         CODE_OF_SCHEME: own.digest,
         CODE_OF_PROBLEM: other.digest,
@@ -59,8 +60,8 @@ def lane_ingredients(
     }
 
 
-def _claimed(scheme: Scheme, measures: frozenset[str]) -> list[str]:
-    return sorted({claim.measure for claim in scheme.promises} & measures)
+def _claimed(scheme: Scheme, followed: Mapping[str, str], what: str) -> str:
+    return str(sorted({claim.measure for claim in scheme.promises if followed.get(claim.measure) == what}))
 
 
 def measure_ingredients(measure: Measure, settings: Settings) -> Ingredients | None:

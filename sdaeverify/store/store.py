@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array
-from ..contracts.measure import NONE_FOLLOW, Measure
+from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
-from ..contracts.settings import SCREENING
+from ..contracts.stages import SCREENING
 from ..simulate.ensemble import Behaviour, Entry, SchemeEvidence, Task
 from .behaviour import behaviours, changed_parts
 from .code import homes_of
@@ -22,7 +22,7 @@ from .keys import Ingredients, key, lane_ingredients, measure_ingredients
 from .lanes import MeasureRecord, StoredLane, fuller
 
 FOLDER = "evidence"
-NEW, DAMAGED, SOURCELESS = "not there yet", "damaged or of another version", "code without a source file"
+NEW, DAMAGED, SOURCELESS = "without stored evidence", "damaged or of another version", "code without a source file"
 AFRESH, UNTOLD = "on request", "whose present behaviour is unknown"
 ADDED, CHANGED = "to which a measure was added", "of which a measure has changed"
 # Returns the behaviour of each scheme of a task on its problem; None where it cannot be determined.
@@ -91,6 +91,8 @@ class Store:
     ----------
     reused : int
         Number of lanes (blocks of a scheme) whose evidence was reused.
+    reused_findings : int
+        Number of pairs of a scheme and a class of equations whose findings were reused.
     reasons : Counter of str
         Number of other lanes by the reason why they were not.
     """
@@ -98,6 +100,7 @@ class Store:
     folder: Path
     fresh: bool = False
     reused: int = 0
+    reused_findings: int = 0
     reasons: Counter[str] = field(default_factory=Counter)
 
     def recall(self, task: Task, block: int, observe: Observe = behaviours) -> list[Recalled]:
@@ -143,7 +146,9 @@ class Store:
         """Return a text with the share of reused evidence, and the reasons for the rest."""
         new = sum(self.reasons.values())
         words = [f"{count} {reason}" for reason, count in sorted(self.reasons.items(), key=lambda pair: -pair[1])]
-        computed = f"; computed: {', '.join(words)}" if words else ""
+        computed = f"; the others were computed: {', '.join(words)}" if words else ""
+        if self.reused_findings:
+            computed = f", and the findings of {self.reused_findings} tests on classes of equations{computed}"
         share = f"{self.reused} of {self.reused + new}"
         return f"evidence of {share} blocks of paths, controls included, was reused{computed}"
 
@@ -152,7 +157,7 @@ class Store:
 
     def _place(self, task: Task, block: int, entry: Entry) -> Place | None:
         settings = task.settings if block == SCREENING else task.sampled
-        lane = lane_ingredients(entry.scheme, task.spec, settings, block, task.followed or NONE_FOLLOW)
+        lane = lane_ingredients(entry.scheme, task.spec, settings, block, task.followed)
         if lane is None:
             return None
         known = {measure.name: measure_ingredients(measure, task.settings) for measure in entry.measures}

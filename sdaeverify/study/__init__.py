@@ -2,7 +2,7 @@
 
 from .judging import CellResult
 from .plan import Cell, Plan, ProblemPlan, plan
-from .run import Advanced, Compared, Event, Finished, Study
+from .run import Advanced, Compared, Event, Study
 
 __all__ = [
     "Advanced",
@@ -10,7 +10,6 @@ __all__ = [
     "CellResult",
     "Compared",
     "Event",
-    "Finished",
     "Plan",
     "ProblemPlan",
     "Study",

@@ -1,10 +1,10 @@
 """Evidence of blocks of paths, read from the store or simulated by workers."""
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from math import ceil
 from typing import NamedTuple
 
@@ -26,6 +26,9 @@ from ..workers.batches import Asked, Batch
 from ..workers.calls import Lost
 from ..workers.executors import Workers
 from ..workers.pool import Processes
+from .judging import CellResult
+from .look_judgement import LATE as LATE_VERDICT
+from .look_judgement import LookJudgement, judge_look
 from .problem_run import ProblemRun
 
 Evidence = tuple[SchemeEvidence, ...]
@@ -83,16 +86,42 @@ def simulate_block(task: Task, marker: Marker, block: int, places: Places, *, sh
 
 
 class Job(NamedTuple):
-    """A block of a problem, within a look whose last block is `last`."""
+    """A block of a problem, within a look whose last block is `last`, and its evidence once there is any."""
 
     problem: ProblemRun
     task: Task
     block: int
     last: int
+    evidence: Evidence = ()
+
+    def absorb(self) -> None:
+        """Merge the evidence into the problem in progress."""
+        self.problem.absorb(self.task, self.evidence)
+
+
+class Judging(NamedTuple):
+    """The judgement of a problem at the end of a look, and its results once there are any.
+
+    Attributes
+    ----------
+    problem : ProblemRun
+    task : LookJudgement
+    judged, failed : list of CellResult
+        Of the cells that are judged, and of those whose judgement ended its process or took too long.
+    """
+
+    problem: ProblemRun
+    task: LookJudgement
+    judged: Sequence[CellResult] = ()
+    failed: Sequence[CellResult] = ()
+
+    def absorb(self) -> None:
+        """Pass the results to the problem in progress."""
+        self.problem.accept(self.judged, self.failed)
 
 
 class Blocks:
-    """Runs blocks on workers.
+    """Runs blocks on workers, and judges there.
 
     Parameters
     ----------
@@ -107,31 +136,47 @@ class Blocks:
         executor = self.workers.executor
         self.processes = executor if isinstance(executor, Processes) else None
         self.shared = executor is None or self.processes is not None
-        self.observe = BehaviourObserver(self.workers)
+
+    @cached_property
+    def observe(self) -> BehaviourObserver:
+        """Observer of the behaviour of schemes, by which the store recognises evidence."""
+        return BehaviourObserver(self.workers)
 
     def lacking(self, task: Task, blocks: Iterable[int]) -> set[tuple[Scheme, str]]:
         """Return the pairs of scheme and measure whose evidence on some blocks is not complete in the store."""
         return set() if self.store is None else self.store.lacking(task, blocks, self.observe)
 
-    def results(self, jobs: deque[Job], window: int) -> Iterator[tuple[Job, Evidence]]:
-        """Take jobs from a queue, which may grow meanwhile, and yield their evidence in their order.
+    def results(self, jobs: deque[Job | Judging], window: int) -> Iterator[Job | Judging]:
+        """Take jobs from a queue, which may grow meanwhile, and yield them with their results.
+
+        Blocks are in the order of the queue, and judgements come before blocks that were begun earlier.
 
         Parameters
         ----------
-        jobs : deque of Job
+        jobs : deque of Job or Judging
         window : int
-            Maximum number of blocks in progress.
+            Maximum number of jobs in progress.
         """
-        waiting: deque[tuple[Job, list[Recalled], list[SentBlock]]] = deque()
+        waiting = deque[Callable[[], Job | Judging]]()
         most = window if self.workers.executor else 1
         while jobs or waiting:
             while jobs and len(waiting) < most:
                 job = jobs.popleft()
-                recalled = [] if self.store is None else self.store.recall(job.task, job.block, self.observe)
-                waiting.append((job, recalled, self._send(job, recalled, 1 + len(jobs) + len(waiting))))
-            job, recalled, sent = waiting.popleft()
-            parts = [part for each in sent for part in self._parts(each, _places(recalled))]
-            yield job, _join(job.task, recalled, parts)
+                begun = self._begin(job, 1 + len(jobs) + len(waiting))
+                # A judgement does not wait for blocks of other problems, which may take long.
+                (waiting.appendleft if isinstance(job, Judging) else waiting.append)(begun)
+            yield waiting.popleft()()
+
+    def _begin(self, job: Job | Judging, left: int) -> Callable[[], Job | Judging]:
+        """Submit a job, and return the function that waits for it and returns it with its result."""
+        if isinstance(job, Judging):
+            return partial(_judged, job, Batch(self.workers, job.task, judge_look, LATE_VERDICT))
+        recalled = [] if self.store is None else self.store.recall(job.task, job.block, self.observe)
+        return partial(self._simulated, job, recalled, self._send(job, recalled, left))
+
+    def _simulated(self, job: Job, recalled: Sequence[Recalled], sent: Iterable[SentBlock]) -> Job:
+        parts = [part for each in sent for part in self._parts(each, _places(recalled))]
+        return job._replace(evidence=_join(job.task, recalled, parts))
 
     def _send(self, job: Job, recalled: Sequence[Recalled], left: int) -> list[SentBlock]:
         """Submit a block in batches of schemes; there are more batches if workers outnumber the remaining jobs."""
@@ -166,6 +211,20 @@ class Blocks:
                 replace(sent, workers=Workers(fresh, 1), task=sent.task.only([entry]), again=False)
             )
         yield from ((entry, _name_limit(evidence, processes.limits.memory)) for entry, evidence in found)
+
+
+def _judged(job: Judging, sent: Batch[tuple[CellResult, ...]]) -> Judging:
+    judged, failed = list[CellResult](), list[CellResult]()
+    try:
+        for entry, found in sent.answers():
+            if isinstance(found, Lost):
+                failed += job.task.without_verdict(entry, found.why)
+            else:
+                judged += found
+    except SHORT as error:
+        why = f"MemoryError: {error}"
+        judged, failed = [], [each for entry in job.task.entries for each in job.task.without_verdict(entry, why)]
+    return job._replace(judged=judged, failed=failed)
 
 
 def _places(recalled: Iterable[Recalled]) -> Places:

@@ -10,6 +10,7 @@ own table::
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor
+from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
 from ..contracts.settings import Settings
@@ -43,6 +44,28 @@ class Work(Protocol):
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks, one line each, such as requested items that cannot be examined."""
+
+
+@dataclass(frozen=True)
+class Completed:
+    """Results that were found by other means, as a completed examination.
+
+    Attributes
+    ----------
+    results : list of CellResult
+    command : tuple of str
+        Words of the command that reproduces a result, with ``{scheme}``, ``{problem}`` and ``{measure}``.
+    notes : tuple of str
+    """
+
+    results: list[CellResult]
+    command: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    total: ClassVar[int] = 0
+
+    def run(self, executor: Executor | None = None, window: int = 1) -> Iterator[Advanced]:  # noqa: ARG002
+        """Do nothing, because the examination is complete."""
+        yield from ()
 
 
 class Examination(ABC):

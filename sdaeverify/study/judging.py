@@ -5,7 +5,7 @@ no claim if they also refute a scheme that is known to be right, because then th
 truth.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 
@@ -28,14 +28,14 @@ from ..contracts.measure import Evidence
 from ..contracts.scheme import AT_T, Claim, Scheme, is_about
 from ..contracts.settings import Settings
 from ..contracts.tally import Tally
-from ..errors import FAULTS, with_traceback
+from ..errors import FAULTS, UsageError, with_traceback
 from ..forms.controls import deciding
 from ..simulate.ensemble import Behaviour, SchemeEvidence
 from ..store.behaviour import differing
-from ..verdicts.divergence import why_divergent
 from ..verdicts.fitted_levels import lost_index
+from ..verdicts.moments import why_moments_diverge
 from ..verdicts.rules import Case, Objection, send
-from .plan import Cell, ControlPlan, ProblemPlan, claims_of, promises_of
+from .plan import Cell, ControlPlan, Pair, ProblemPlan, claims_of, promises_of
 
 CONTRACT = Method("contract and exactness", 0)
 
@@ -232,7 +232,8 @@ class CellEvidence:
         )
 
 
-Evidences = Mapping[tuple[Scheme, str], CellEvidence]
+# Settings of the paths of a cell, and the evidence on it.
+Known = tuple[Settings, CellEvidence]
 
 
 @dataclass(frozen=True)
@@ -318,7 +319,7 @@ def judge_cell(
         # The logarithm of an error of exactly zero is not a defect; the measures handle the infinite result.
         with np.errstate(all="ignore"):
             judgement = cell.measure.judge(_evidence(plan, cell, settings, known))
-            levels = tuple(judgement.levels)
+            levels = _checked_levels(tuple(judgement.levels), known)
             end, looks = lost_index(known.health.sums), len(settings.ends)
             found = ((finding, controls.case(finding, cell.scheme)) for finding in judgement.findings)
             findings = tuple(
@@ -333,29 +334,33 @@ def judge_cell(
     return CellResult(cell, findings, levels, known.health, known.paths, *times)
 
 
+def _checked_levels(levels: tuple[LevelFinding, ...], known: CellEvidence) -> tuple[LevelFinding, ...]:
+    """Return the rows of levels of a measure; raise if one names a level that no path was simulated on."""
+    count = len(known.health.sums.get("steps", ()))
+    for row in levels:
+        if row.level is not None and not 0 <= row.level < count:
+            raise UsageError(f"its row of {row.quantity} names level {row.level}, expected 0 to {count - 1} or None")
+    return levels
+
+
 def _diverges(cell: Cell, finding: Finding, known: CellEvidence) -> str:
-    return why_divergent(finding.claim, cell.measure, known.probed)
+    return why_moments_diverge(finding.claim, cell.measure, known.probed)
 
 
-def control_verdicts(
-    plan: ProblemPlan, settings: Callable[[Cell], Settings], evidences: Evidences
-) -> ControlVerdicts:
+def control_verdicts(plan: ProblemPlan, known: Mapping[Pair, Known]) -> ControlVerdicts:
     """Return the objections of a problem's controls to verdicts.
 
     Parameters
     ----------
     plan : ProblemPlan
-    settings : callable, Cell -> Settings
-        Settings of the paths of a cell.
-    evidences : mapping of (Scheme, str) to CellEvidence
-        By scheme and name of the measure, controls included.
+    known : mapping of (Scheme, str) to (Settings, CellEvidence)
+        Settings of the paths and evidence, by scheme and name of the measure, controls included.
 
     Returns
     -------
     ControlVerdicts
     """
-    known = {cell: evidences[cell.scheme, cell.measure.name] for cell in plan.control_cells}
-    evidence = {cell: _of_control(plan, cell, settings(cell), found) for cell, found in known.items()}
+    evidence = {cell: _of_control(plan, cell, *known[cell.pair]) for cell in plan.control_cells}
     return ControlVerdicts(plan.controls, evidence)
 
 
@@ -390,5 +395,5 @@ def _missing_quantities(cell: Cell, findings: tuple[Finding, ...]) -> Iterator[F
         for quantity in claim.quantities:
             if not any(is_about(name, quantity) for name in found):
                 known = sorted({name.partition(AT_H)[0].removesuffix(AT_T) for name in found})
-                reason = f"the scheme has a claim about {quantity}; this problem has only {', '.join(known)}"
+                reason = f"the scheme has a claim about {quantity}; measured here: {', '.join(known)}"
                 yield Finding(quantity=quantity, verdict=Verdict.OUT_OF_SCOPE, reason=Reason(reason))

@@ -8,15 +8,18 @@ import numpy as np
 
 from ..conformance.own_numbers import draws_own_numbers
 from ..contracts.finding import Verdict
-from ..contracts.matching import Match, match
-from ..contracts.measure import NONE_FOLLOW, Followed, Measure
+from ..contracts.matching import match
+from ..contracts.measure import Measure, followed_by
 from ..contracts.scheme import Claim, Scheme
 from ..contracts.specs import ProblemSpec, built
 from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
 from ..forms import Problem
 from ..forms.controls import Control
+from ..simulate.ensemble import Entry
+from .every_equation import every_equation
 
 Resolve = Callable[[str], Scheme]
+Pair = tuple[Scheme, str]
 
 
 class Tried(NamedTuple):
@@ -65,6 +68,20 @@ class Cell:
     reason: str = ""
     seen: Problem | None = field(default=None, compare=False, repr=False)
 
+    def __getstate__(self) -> dict[str, object]:
+        # A problem need not be picklable; the process that reads the cell builds it from its specification.
+        return {**vars(self), "seen": None}
+
+    @property
+    def pair(self) -> Pair:
+        """Scheme and name of the measure, which identify a cell among those of its problem."""
+        return self.scheme, self.measure.name
+
+    @property
+    def class_name(self) -> str | None:
+        """Name of the class of equations that the cell is about; None if it is about a problem."""
+        return str(dict(self.spec.parameters)["of"]) if self.spec.function is every_equation else None
+
 
 @dataclass(frozen=True)
 class ControlPlan:
@@ -99,15 +116,18 @@ class ProblemPlan:
     cells : tuple of Cell
     controls : tuple of ControlPlan
         For the measures of the cells.
-    followed : Followed
-        Names of the measures whose claims imply that steps follow the equation.
+    followed : mapping of str to str
+        `Measure.follows` by name of the measure.
     """
 
     spec: ProblemSpec
     problem: Problem | None
     cells: tuple[Cell, ...]
     controls: tuple[ControlPlan, ...] = ()
-    followed: Followed = NONE_FOLLOW
+    followed: Mapping[str, str] = field(default_factory=dict)
+
+    def __getstate__(self) -> dict[str, object]:
+        return {**vars(self), "problem": None}
 
     @property
     def control_cells(self) -> tuple[Cell, ...]:
@@ -144,7 +164,7 @@ def plan(
     measures: Sequence[Measure],
     resolve: Resolve | None = None,
     trial: Trial | None = None,
-    followed: Followed | None = None,
+    followed: Mapping[str, str] | None = None,
 ) -> Plan:
     """Cross schemes, problems and measures.
 
@@ -158,8 +178,8 @@ def plan(
     trial : callable, ProblemSpec -> mapping of (Scheme or None) to Tried, optional
         Returns the outcomes of trials in worker processes: schemes that end or hang the process, and schemes whose
         steps draw their own random numbers. If omitted, this process makes the trial steps.
-    followed : Followed, optional
-        Names of all measures whose claims imply that steps follow the equation; those among `measures` if omitted.
+    followed : mapping of str to str, optional
+        `Measure.follows` of all measures by name; of those among `measures` if omitted.
 
     Returns
     -------
@@ -173,7 +193,7 @@ def plan(
     # Files that problem functions read may have changed since the previous plan.
     built.cache_clear()
     plans = [_problem_plan(spec, schemes, measures, trial(spec) if trial else None) for spec in specs]
-    known = Followed.by(measures) if followed is None else followed
+    known = followed_by(measures) if followed is None else followed
     controls = (tuple(_controls(made, measures, resolve)) for made in plans)
     together = zip(plans, controls, strict=True)
     return Plan(tuple(replace(made, controls=found, followed=known) for made, found in together))
@@ -233,15 +253,6 @@ def _failed_cells(scheme: Scheme, spec: ProblemSpec, measures: Sequence[Measure]
     return [Cell(scheme, spec, measure, "", Verdict.ERROR, reason) for measure in measures]
 
 
-def _try_to_match(scheme: Scheme, problem: Problem) -> Match:
-    """Return the match of a scheme and a problem; an exception becomes its reason."""
-    try:
-        with np.errstate(all="ignore"):
-            return match(scheme, problem)
-    except FAULTS as error:
-        return Match(None, reason=one_line(error), failed=True)
-
-
 def scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: Sequence[Measure]) -> list[Cell]:
     """Return the cells of a scheme on a problem, one for each measure. No step is made.
 
@@ -256,22 +267,26 @@ def scheme_cells(scheme: Scheme, spec: ProblemSpec, problem: Problem, measures: 
         The problem built from `spec`.
     measures : sequence of Measure
     """
-    matched = _try_to_match(scheme, problem)
-    if matched.failed:
-        return _failed_cells(scheme, spec, measures, matched.reason)
-    return [_cell(scheme, spec, problem, measure, matched) for measure in measures]
-
-
-def _cell(scheme: Scheme, spec: ProblemSpec, problem: Problem, measure: Measure, matched: Match) -> Cell:
     try:
         with np.errstate(all="ignore"):
-            reason = matched.reason or measure.refuses(scheme, problem)
+            matched = match(scheme, problem)
     except FAULTS as error:
-        reason = f"measure {measure.name}: {one_line(error)}"
-        return Cell(scheme, spec, measure, matched.view, Verdict.ERROR, reason)
-    if reason:
-        return Cell(scheme, spec, measure, matched.view, Verdict.NOT_APPLICABLE, reason)
-    return Cell(scheme, spec, measure, matched.view, seen=matched.problem)
+        return _failed_cells(scheme, spec, measures, one_line(error))
+    if matched.failed:
+        return _failed_cells(scheme, spec, measures, matched.reason)
+    cells = (Cell(scheme, spec, measure, matched.view, seen=matched.problem) for measure in measures)
+    return [_refused(cell, problem, matched.reason) for cell in cells]
+
+
+def _refused(cell: Cell, problem: Problem, reason: str) -> Cell:
+    """Return a cell with the reason why it cannot be run, if there is one: that of the match, or of its measure."""
+    try:
+        with np.errstate(all="ignore"):
+            reason = reason or cell.measure.refuses(cell.scheme, problem)
+    except FAULTS as error:
+        failure = f"measure {cell.measure.name}: {one_line(error)}"
+        return replace(cell, verdict=Verdict.ERROR, reason=failure, seen=None)
+    return _not_applicable(cell, reason) if reason else cell
 
 
 def _controls(made: ProblemPlan, measures: Sequence[Measure], resolve: Resolve | None) -> Iterator[ControlPlan]:
@@ -307,6 +322,14 @@ def _control_cell(made: ProblemPlan, scheme: Scheme, measure: Measure) -> Cell:
         return cell
     assert made.problem is not None
     return scheme_cells(scheme, made.spec, made.problem, [measure])[0]
+
+
+def entries_of(cells: Iterable[Cell]) -> tuple[Entry, ...]:
+    """Return the schemes of the cells of a problem, each with its measures."""
+    by_scheme: dict[Scheme, list[Measure]] = {}
+    for cell in cells:
+        by_scheme.setdefault(cell.scheme, []).append(cell.measure)
+    return tuple(Entry(scheme, tuple(measures)) for scheme, measures in by_scheme.items())
 
 
 # Cells that test a claim.

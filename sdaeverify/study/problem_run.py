@@ -6,20 +6,24 @@ guards leave open. If paths still contradict one step on all levels, finer level
 finest level is reached.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 from ..contracts.claimed import Exact, Order
 from ..contracts.finding import SAMPLED, Finding, Kind, Verdict
 from ..contracts.measure import Measure
 from ..contracts.scheme import Scheme
-from ..contracts.settings import SCREENING, Settings
+from ..contracts.settings import Settings
+from ..contracts.stages import SCREENING
 from ..errors import FAULTS, one_line
-from ..simulate.ensemble import Entry, SchemeEvidence, Task
+from ..simulate.ensemble import Behaviour, SchemeEvidence, Task
+from ..store.files import Opened
 from ..verdicts.rules import Case, send
 from .agreement import agreeing
-from .judging import CellEvidence, CellResult, control_verdicts, excluded_cells, judge_cell, without_evidence
-from .plan import Cell, ProblemPlan
+from .judging import CellEvidence, CellResult, excluded_cells, without_evidence
+from .look_judgement import LookJudgement, look_judgement
+from .plan import Cell, Pair, ProblemPlan, entries_of
 
 # Looks at guards on one stage: the number of paths that would decide is unknown then, so finer steps are tried.
 GUARD_LOOKS = 2
@@ -103,15 +107,18 @@ class ProblemRun:
         Number of schemes, and number of schemes that are settled.
     screened : bool
         Whether the evidence without paths has been found.
+    behaviour : dict of Scheme to set of (Behaviour or None, tuple of (str, str))
+        Behaviour of scheme and problem in the evidence, and the files that their code has opened.
     """
 
     def __init__(self, plan: ProblemPlan, settings: Settings) -> None:
         self.plan, self.settings = plan, settings
         self.runs = [CellRun(cell) for cell in plan.runnable]
-        known = {_key(run.cell) for run in self.runs}
-        self.controls = [CellRun(cell) for cell in plan.control_cells if _key(cell) not in known]
+        known = {run.cell.pair for run in self.runs}
+        self.controls = [CellRun(cell) for cell in plan.control_cells if cell.pair not in known]
         self.excluded = excluded_cells(plan)
         self.screened, self.stages = False, list(settings.stages)
+        self.behaviour: dict[Scheme, set[tuple[Behaviour | None, Opened]]] = defaultdict(set)
         self._begin_stage()
         for run in (*self.runs, *self.controls):
             run.stage = self.stage
@@ -132,39 +139,50 @@ class ProblemRun:
         """Blocks of the next look."""
         return range(self.sampled.ends[self.look - 1] if self.look else 0, self.sampled.ends[self.look])
 
-    def halt(self, lacking: Collection[tuple[Scheme, str]], reason: str) -> None:
+    def halt(self, lacking: Collection[Pair], reason: str) -> None:
         """Take no further look at the given pairs of scheme and measure; `reason` goes into their rows."""
         for run in (*self.runs, *self.controls):
-            if _key(run.cell) in lacking:
+            if run.cell.pair in lacking:
                 run.halted = reason
         self.pairs = self._count_pairs()
 
     def task(self) -> Task:
         """Return the task of the next look: the open cells, and the controls."""
-        entries: dict[Scheme, list[CellRun]] = {}
-        for run in self._running():
-            entries.setdefault(run.cell.scheme, []).append(run)
-        made = (Entry(scheme, tuple(run.cell.measure for run in runs)) for scheme, runs in entries.items())
-        return Task(
-            self.plan.spec, tuple(made), self.settings, screened=True, stage=self.stage, followed=self.plan.followed
-        )
+        made = entries_of(run.cell for run in self._running())
+        return Task(self.plan.spec, made, self.settings, screened=True, stage=self.stage, followed=self.plan.followed)
 
     def absorb(self, task: Task, evidence: Iterable[SchemeEvidence]) -> None:
         """Merge the evidence of one more block."""
-        runs = {_key(run.cell): run for run in (*self.runs, *self.controls)}
+        runs = {run.cell.pair: run for run in (*self.runs, *self.controls)}
         for entry, found in zip(task.entries, evidence, strict=True):
+            self.behaviour[entry.scheme].add((found.behaviour, found.opened))
             for index, measure in enumerate(entry.measures):
                 run = runs[entry.scheme, measure.name]
                 run.evidence = _merge(run.evidence, found, index)
 
-    def judge(self) -> None:
-        """Judge the open cells at the end of a look."""
-        runs = [run for run in self.runs if run.asking]
-        for run, result in zip(runs, self._judge_runs(runs), strict=True):
-            run.result = result
+    def judgement(self) -> LookJudgement:
+        """Return the judgement of the open cells at the end of a look."""
+        known = {run.cell.pair: (self._settings_of(run), run.final_evidence) for run in (*self.runs, *self.controls)}
+        return look_judgement(self.plan, [run.cell for run in self.runs if run.asking], known)
+
+    def accept(self, judged: Iterable[CellResult], failed: Iterable[CellResult] = ()) -> None:
+        """Take the results of the open cells, as judged at the end of a look, and go on to the next look.
+
+        Parameters
+        ----------
+        judged : iterable of CellResult
+        failed : iterable of CellResult
+            Of cells whose judgement ended its process or took too long: no further look is taken at them.
+        """
+        runs, asked = {run.cell.pair: run for run in self.runs}, list[CellRun]()
+        for ends, results in ((False, judged), (True, failed)):
+            for result in results:
+                run = runs[result.cell.pair]
+                asked.append(run)
+                run.result, run.exhausted = replace(result, cell=run.cell), run.exhausted or ends
         self.look += 1
         if self.stages:
-            self._mark_for_next_stage([run for run in runs if not run.pathless])
+            self._mark_for_next_stage([run for run in asked if not (run.pathless or run.exhausted)])
         self.pairs = self._count_pairs()
 
     def results(self, stopped: str) -> tuple[CellResult, ...]:
@@ -210,26 +228,19 @@ class ProblemRun:
         schemes = {run.cell.scheme for run in self.runs}
         return len(schemes), len(schemes - {run.cell.scheme for run in self.runs if not run.settled})
 
-    def _judge_runs(self, runs: Sequence[CellRun]) -> list[CellResult]:
-        known = {_key(run.cell): run for run in (*self.runs, *self.controls)}
-        evidence = {key: run.final_evidence for key, run in known.items()}
-        controls = control_verdicts(self.plan, lambda cell: self._settings_of(known[_key(cell)]), evidence)
-        asked = ((run, self._settings_of(run)) for run in runs)
-        return [judge_cell(self.plan, run.cell, settings, run.evidence, controls) for run, settings in asked]
-
     def _running(self) -> Iterator[CellRun]:
         # A settled cell keeps the evidence of its last look; a control continues for the cells it controls.
         controls = self._control_keys
-        wanted = [run for run in self.runs if run.asking or _key(run.cell) in controls]
-        wanted += [run for run in self.controls if _key(run.cell) in controls]
+        wanted = [run for run in self.runs if run.asking or run.cell.pair in controls]
+        wanted += [run for run in self.controls if run.cell.pair in controls]
         yield from (run for run in wanted if not (run.halted or run.evidence.refused))
 
     @property
-    def _control_keys(self) -> set[tuple[Scheme, str]]:
+    def _control_keys(self) -> set[Pair]:
         """Keys of the controls of open cells."""
         # On levels finer than those of the settings, paths only guard one-step results, so controls are not sampled.
         asked = {run.cell.measure.name for run in self.runs if run.asking} if self.stage <= 0 else set()
-        return {_key(cell) for cell in self.plan.control_cells if cell.measure.name in asked}
+        return {cell.pair for cell in self.plan.control_cells if cell.measure.name in asked}
 
 
 def _asks_for_finer(finding: Finding, stage: int, look: int, *, last: bool) -> bool:
@@ -269,10 +280,6 @@ def _shows_claim(finding: Finding) -> bool:
     if finding.tier == SAMPLED:
         return claim is not None and isinstance(claim.value, Exact)
     return claim is None or not isinstance(claim.value, Order) or not finding.estimate < claim.value.floor
-
-
-def _key(cell: Cell) -> tuple[Scheme, str]:
-    return cell.scheme, cell.measure.name
 
 
 def _draws_none(measure: Measure) -> bool:

@@ -1,27 +1,30 @@
 """Runs blocks on an executor and merges evidence in block order, so that results do not depend on the workers."""
 
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from ..contracts.settings import SCREENING, Settings
+from ..contracts.scheme import Scheme
+from ..contracts.settings import Settings
+from ..contracts.stages import SCREENING
+from ..simulate.reference import OWN_REFERENCE
+from ..store.class_findings import ClassFindings
 from ..store.store import Store
-from ..trees.class_row import ClassRow
 from ..workers.executors import Workers
-from .blocks import Blocks, Job
-from .class_rows import class_rows
+from .blocks import Blocks, Job, Judging
+from .class_tests import class_results, class_tests
 from .holm import family_wise
 from .judging import CellResult
-from .plan import Plan
-from .problem_order import longest_first, widest_first
+from .plan import Plan, ProblemPlan
 from .problem_run import ProblemRun
 
+UNKNOWN = ""
 HALTED = "the folder holds no further evidence; matrix with the same --out computes it"
 
 
 class Advanced(NamedTuple):
-    """Event: part of the work is done.
+    """Event: part of the work is done, of a study possibly the last part of a problem.
 
     Attributes
     ----------
@@ -30,17 +33,14 @@ class Advanced(NamedTuple):
         twice, once for its screening and once for its paths. Of other work, the number of its jobs.
     problem : str
         Label of the problem.
+    results : tuple of CellResult
+        Results of all cells of a problem that is finished; else empty.
     """
 
     done: int
     total: int
     problem: str
-
-
-class Finished(NamedTuple):
-    """Event: all cells of a problem are judged."""
-
-    results: tuple[CellResult, ...]
+    results: tuple[CellResult, ...] = ()
 
 
 class Compared(NamedTuple):
@@ -64,7 +64,7 @@ class Compared(NamedTuple):
     ended: bool
 
 
-Event = Advanced | Finished | Compared
+Event = Advanced | Compared
 
 
 class Study:
@@ -79,7 +79,9 @@ class Study:
     stored_only : bool
         Whether no evidence is computed: a problem is judged as far as there is stored evidence on all its cells.
     orders : bool
-        Whether order conditions of the schemes are evaluated, too.
+        Whether claims are also tested on classes of equations, by the tests of plugins.
+    modified : bool
+        Whether the modified equations of all schemes are computed with them; otherwise only those of refuted ones.
 
     Attributes
     ----------
@@ -87,8 +89,13 @@ class Study:
         By the label of the problem.
     stopped : str
         Why the other cells were not run.
-    class_rows : tuple of ClassRow or None
-        Verdicts of order conditions; empty before the end of the run, None if `orders` is false.
+    class_results : tuple of CellResult or None
+        Results on classes of equations; empty before the end of the run, None if `orders` is false.
+
+    Raises
+    ------
+    PluginError
+        If `orders` is true, the tests of a plugin are broken, and the environment forbids broken plugins.
     """
 
     def __init__(
@@ -99,10 +106,12 @@ class Study:
         *,
         stored_only: bool = False,
         orders: bool = False,
+        modified: bool = False,
     ) -> None:
         self.plan, self.settings, self.store, self.stored_only = plan, settings, store, stored_only
-        self.orders = orders
-        self.class_rows: tuple[ClassRow, ...] | None = () if orders else None
+        self.orders, self.modified = orders, modified
+        self.class_results: tuple[CellResult, ...] | None = () if orders else None
+        self.class_tests = class_tests() if orders else ()
         self.problems = [ProblemRun(problem, settings) for problem in plan.problems]
         self.finished: dict[str, tuple[CellResult, ...]] = {}
         self.stopped = "not reached"
@@ -112,7 +121,7 @@ class Study:
         """Largest number of blocks, where the screening of each problem counts as one block."""
         return (1 + self.settings.blocks) * sum(problem.open for problem in self.problems)
 
-    def run(self, workers: Workers | Executor | None = None, window: int = 1) -> Iterator[Event]:
+    def run(self, workers: Workers | Executor | None = None, window: int = 1) -> Iterator[Advanced]:
         """Find the evidence without paths; then sample and judge each undecided problem, look by look.
 
         Parameters
@@ -124,7 +133,7 @@ class Study:
 
         Yields
         ------
-        Advanced or Finished
+        Advanced
         """
         blocks = Blocks(workers, self.store)
         yield from self._finish(problem for problem in self.problems if not problem.open)
@@ -137,32 +146,48 @@ class Study:
             # In the order of the plan, because the order in which problems finish depends on the workers.
             ended = (self.finished.get(problem.spec.label, ()) for problem in self.plan.problems)
             results = [result for results in ended for result in results]
-            self.class_rows = class_rows(results, blocks.workers, self.settings.seed)
+            asked: dict[str, Any] = {"tests": self.class_tests, "modified": self.modified, "stored": self._stored()}
+            self.class_results = class_results(results, blocks.workers, self.settings.seed, **asked)
 
-    def _screen(self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int) -> Iterator[Event]:
+    def _stored(self) -> ClassFindings | None:
+        """Return the stored findings on classes, of schemes whose behaviour on all their problems is known."""
+        if self.store is None:
+            return None
+        seen: dict[Scheme, list[str]] = defaultdict(list)
+        for problem in self.problems:
+            for scheme, known in problem.behaviour.items():
+                told = all(behaviour is not None for behaviour, _ in known)
+                seen[scheme].append(f"{problem.plan.spec.label}: {sorted(map(repr, known))}" if told else UNKNOWN)
+        behaviour = {scheme: "\n".join(told) for scheme, told in seen.items() if UNKNOWN not in told}
+        return ClassFindings(self.store, behaviour)
+
+    def _screen(self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int) -> Iterator[Advanced]:
         """Find the evidence without paths, beginning with the problems of which there is most."""
-        for job, found in blocks.results(deque(_screening(problem) for problem in widest_first(waiting)), window):
-            job.problem.absorb(job.task, found)
+        for job in blocks.results(deque(_screening(problem) for problem in widest_first(waiting)), window):
+            job.absorb()
             job.problem.screened = True
-            yield self._advanced(job)
+            yield self._advanced(job.problem)
 
-    def _look(self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int) -> Iterator[Event]:
+    def _look(self, waiting: Sequence[ProblemRun], blocks: Blocks, window: int) -> Iterator[Advanced]:
         """Sample paths, beginning with the problems that take longest."""
-        jobs = deque(job for problem in longest_first(waiting, self.settings) for job in _jobs(problem))
-        for job, found in blocks.results(jobs, window):
-            job.problem.absorb(job.task, found)
-            if job.block == job.last:
-                job.problem.judge()
+        jobs = deque[Job | Judging](job for each in longest_first(waiting, self.settings) for job in _jobs(each))
+        # What follows a look comes first: at the end of the queue it would keep a single worker busy.
+        for job in blocks.results(jobs, window):
+            job.absorb()
+            if isinstance(job, Judging):
                 goes_on = job.problem.open and self._goes_on(job.problem, blocks)
-                # Consecutive looks come first; at the end of the queue they would keep a single worker busy.
                 jobs.extendleft(reversed([*_jobs(job.problem)] if goes_on else []))
                 if not goes_on:
                     yield from self._finish([job.problem])
-            yield self._advanced(job)
+                    continue
+            elif job.block == job.last:
+                jobs.appendleft(Judging(job.problem, job.problem.judgement()))
+            yield self._advanced(job.problem)
 
-    def _advanced(self, job: Job) -> Advanced:
-        done = sum(self._count_done(problem) for problem in self.problems)
-        return Advanced(done, sum(2 * problem.pairs[0] for problem in self.problems), job.task.label)
+    def _advanced(self, problem: ProblemRun, results: tuple[CellResult, ...] = ()) -> Advanced:
+        done = sum(self._count_done(each) for each in self.problems)
+        total = sum(2 * each.pairs[0] for each in self.problems)
+        return Advanced(done, total, problem.plan.spec.label, results)
 
     def _count_done(self, problem: ProblemRun) -> int:
         schemes, decided = problem.pairs
@@ -181,11 +206,11 @@ class Study:
             problem.halt(blocks.lacking(problem.task(), problem.next_blocks), HALTED)
         return problem.open
 
-    def _finish(self, problems: Iterable[ProblemRun]) -> Iterator[Finished]:
+    def _finish(self, problems: Iterable[ProblemRun]) -> Iterator[Advanced]:
         for problem in problems:
             results = problem.results("")
             self.finished[problem.plan.spec.label] = results
-            yield Finished(results)
+            yield self._advanced(problem, results)
 
 
 def _screening(problem: ProblemRun) -> Job:
@@ -196,3 +221,35 @@ def _jobs(problem: ProblemRun) -> Iterator[Job]:
     task, blocks = problem.task(), problem.blocks
     for block in blocks:
         yield Job(problem, task, block, blocks[-1])
+
+
+# Order in which problems run: the longest first, so that workers finish at about the same time.
+
+
+def widest_first(problems: Iterable[ProblemRun]) -> list[ProblemRun]:
+    """Return problems in the order of their screening, which evaluates single steps."""
+    return sorted(problems, key=lambda problem: -_breadth(problem.plan))
+
+
+def longest_first(problems: Iterable[ProblemRun], settings: Settings) -> list[ProblemRun]:
+    """Return problems in the order in which their paths are sampled."""
+    return sorted(problems, key=lambda problem: -_weight(problem.plan, settings))
+
+
+def _weight(plan: ProblemPlan, settings: Settings) -> int:
+    """Return the estimated cost of a problem's first paths: the number of steps of all its schemes.
+
+    The cost of a step on so few paths is that of its call, for any problem. If the scheme with shorter steps is the
+    reference, that reference makes most of the steps.
+    """
+    assert plan.problem is not None
+    last = settings.levels - 1
+    own = OWN_REFERENCE if plan.problem.pathwise is None else 0
+    steps = sum(settings.steps) + (settings.coarsest << (last + own) if own else 0)
+    return steps * len({cell.scheme for cell in (*plan.runnable, *plan.control_cells)})
+
+
+def _breadth(plan: ProblemPlan) -> int:
+    """Return the estimated cost of a problem's screening: cells times 1 + noise dimension, for cubature nodes."""
+    assert plan.problem is not None
+    return len(plan.runnable) * (1 + plan.problem.noise_dim)

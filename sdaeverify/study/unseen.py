@@ -55,7 +55,7 @@ def _describe(form: type[Any], problems: list[Problem]) -> str:
         return ""
     *others, last = missing
     listed = f"{', '.join(others)} or {last}" if others else last
-    return f"{form.__name__}: no problem here has {listed}"
+    return f"{form.__name__}: no problem of this run has {listed}"
 
 
 def _has(found: Any, problem: Problem) -> bool:
@@ -87,4 +87,4 @@ def _why_untested(claim: Claim) -> str:
         return "it applies to no problem of this run"
     *others, last = sorted(claim.when)
     traits = f"{', '.join(others)} and {last}" if others else last
-    return f"no problem here has {'both ' if len(others) == 1 else ''}{traits}"
+    return f"no problem of this run has {'both ' if len(others) == 1 else ''}{traits}"

@@ -4,7 +4,7 @@
 
     from sdaeverify.testing import check_problem, check_scheme
     from sdaeverify.testing import parametrize_with_benchmarks, parametrize_with_checks
-    from sdaeverify.testing import parametrize_with_claims, parametrize_with_hunts
+    from sdaeverify.testing import parametrize_with_claims
 
     failed = [row for row in check_scheme(MyScheme()) if row["status"] == "failed"]
 
@@ -14,10 +14,6 @@
 
     @parametrize_with_claims([MyScheme()])
     def test_claims(subject, check):
-        check(subject)
-
-    @parametrize_with_hunts([MyScheme()])
-    def test_no_counterexample(subject, check):
         check(subject)
 
     @parametrize_with_benchmarks([MyScheme()])
@@ -139,7 +135,7 @@ solution-start (truths)
 solution-step (truths)
     Expect a step of the solution to keep its shape and its inputs unchanged, on one path and on three.
 solution-still (truths)
-    Expect a step of length 0 without noise to leave the solution unchanged.
+    Expect the solution to return its state to the bit after a step of length 0 with dW = 0.
 solution-simulated (truths)
     Expect Euler's scheme on the same noise to converge to the solution: the distance falls at least like h^0.3.
 solution-averaged (truths)
@@ -148,19 +144,13 @@ controls (truths)
     Expect the positive control of each order to be verified, and the negative one to be refuted.
 """
 
-from typing import TYPE_CHECKING
-
 from .benchmarks import parametrize_with_benchmarks
-from .check import LEVEL, Check
+from .check import Check
 from .claims import parametrize_with_claims, parametrize_with_examinations
 from .questions import check_problem, check_scheme, parametrize_with_checks
 from .table import checks
 
-if TYPE_CHECKING:
-    from .hunts import parametrize_with_hunts
-
 __all__ = [
-    "LEVEL",
     "Check",
     "check_problem",
     "check_scheme",
@@ -169,14 +159,4 @@ __all__ = [
     "parametrize_with_checks",
     "parametrize_with_claims",
     "parametrize_with_examinations",
-    "parametrize_with_hunts",
 ]
-
-
-def __getattr__(name: str) -> object:
-    # The hunt is no part of the core: the kit does without where it is left out.
-    if name != "parametrize_with_hunts":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from .hunts import parametrize_with_hunts as found  # noqa: PLC0415
-
-    return found

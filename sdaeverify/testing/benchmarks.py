@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from statistics import median
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..contracts.scheme import Scheme, Step
 from ..contracts.settings import whole
@@ -38,6 +38,8 @@ class StepTiming:
         Scheme and problem.
     paths : int
     """
+
+    sdaeverify_part: ClassVar[str] = "timings"
 
     cell: CellSubject
     paths: int

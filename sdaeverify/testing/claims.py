@@ -7,7 +7,7 @@ that runs it. The lock file is only compared by ``sdaeverify gate``.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from msgspec import structs
 
@@ -23,12 +23,12 @@ from ..gate.gate_plan import gate_plan
 from ..gate.outcomes import ORDER, Outcome, is_red, outcomes
 from ..gate.policy import Policy
 from ..gate.words import command_of, message
-from ..registry.load import Registry
+from ..registry.load import Registry, load_registry
 from ..report.folders import key_in
 from ..report.plain import visible
 from ..report.tables.command import examination_command
-from ..study import Cell, CellResult, Finished, Plan, Study
-from ..study.class_results import class_cells, is_of_class, results_of_class
+from ..study import Cell, CellResult, Plan, Study
+from ..study.class_tests import class_cells, results_of_class
 from ..study.examination import Work, begin_all
 from .subjects import load_plugins
 
@@ -77,7 +77,7 @@ class ClaimRun:
 
     def outcomes(self, cell: Cell) -> list[Outcome]:
         """Return the outcomes of a cell, worst first."""
-        results = results_of_class(cell, self.settings.seed) if is_of_class(cell) else self._results(cell)
+        results = self._results(cell) if cell.class_name is None else results_of_class(cell, self.settings.seed)
         return sorted(outcomes(results, self.policy), key=lambda outcome: ORDER.index(outcome.status))
 
     def _results(self, cell: Cell) -> list[CellResult]:
@@ -86,13 +86,13 @@ class ClaimRun:
             (made,) = (problem for problem in self.plan.problems if problem.spec.label == label)
             # Not the results of the study, which are corrected for a whole run; these hold for each cell separately.
             events = Study(Plan((made,)), self.settings).run()
-            self._known[label] = [r for event in events if isinstance(event, Finished) for r in event.results]
+            self._known[label] = [result for event in events for result in event.results]
         return [result for result in self._known[label] if result.cell == cell]
 
     def words(self, outcome: Outcome) -> str:
         """Return an outcome in words, with the command that reproduces it if its names are registered."""
         cell = outcome.cell
-        named = self.registry.names(cell.scheme) and (is_of_class(cell) or self.registry.names(cell.spec))
+        named = self.registry.names(cell.scheme) and (cell.class_name is not None or self.registry.names(cell.spec))
         command = command_of(outcome, self.settings) if named else ""
         return message(outcome, self.settings, command)
 
@@ -100,6 +100,8 @@ class ClaimRun:
 @dataclass(frozen=True)
 class ClaimCheck:
     """Check of one claimed cell, as a parameter of a test."""
+
+    sdaeverify_part: ClassVar[str] = "claims"
 
     run: ClaimRun
     cell: Cell
@@ -135,6 +137,8 @@ class ExaminationCheck:
     policy : Policy
         With what is expected to fail.
     """
+
+    sdaeverify_part: ClassVar[str] = "examinations"
 
     work: Work
     policy: Policy
@@ -264,7 +268,7 @@ def parametrize_with_examinations(
     Raises
     ------
     UsageError
-        If no examination is named, a name is unknown, or a table asks for what there is not.
+        If no examination is named, a name is unknown, or its table in the policy has an unknown key.
     """
     import pytest  # noqa: PLC0415 - the kit itself needs no pytest
 
@@ -276,7 +280,8 @@ def parametrize_with_examinations(
         expected_failures=read_expected(expected_failures, FailingClaim),
         examinations={name: dict(table) for name, table in tables.items()},
     )
-    works = begin_all(load_plugins(), policy.examinations, policy.settings)
+    # Examinations belong to plugins that only some commands load, as the gate does.
+    works = begin_all(load_registry(lab=True), policy.examinations, policy.settings)
     cases = [
         pytest.param(name, ExaminationCheck(work, policy), id=visible(name))
         for name, work in zip(tables, works, strict=True)

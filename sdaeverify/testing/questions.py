@@ -6,7 +6,7 @@ test. Every expected failure of an author has a reason.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -49,6 +49,8 @@ class Question:
     skipped : str
         Why the check is skipped; empty if it is not.
     """
+
+    sdaeverify_part: ClassVar[str] = "checks"
 
     check: Check
     label: str

@@ -86,7 +86,7 @@ def _strongest(claims: Iterable[Claim], traits: Iterable[str], measure: str, qua
         return Coverage(quantity, None, Reason(f"no claim about {quantity}", Kind.NO_CLAIM))
     missing = sorted(set().union(*(claim.when for claim in covering)) - known)
     asked = f"trait{'s' * (len(missing) > 1)} {' and '.join(missing)}"
-    gap = f"no claim about {quantity} here: the claims of the scheme need the {asked}, which this problem lacks"
+    gap = f"no claim about {quantity} here: claims of the scheme need the {asked}, which this problem lacks"
     return Coverage(quantity, None, Reason(gap, Kind.NO_CLAIM))
 
 

@@ -11,7 +11,7 @@ from ..contracts.measure import Evidence
 # Number of finest levels to which a slope is fitted. With fewer than FEWEST levels, no slope is fitted.
 # Size: levels of a slope, whose intervals reports/calibration counts.
 FITTED = 4
-# Chosen: slope and intercept leave one degree of freedom.
+# Theorem: a line through two points has no residual, from which its slope could be judged.
 FEWEST = 3
 UNSEEN = "this holds at every step size, so that no order can be observed"
 

@@ -10,7 +10,7 @@ from ..measures.strong.findings import is_changing
 from ..measures.weak import grows, is_coarse_mean, shrinks, turns
 from ..measures.weak.probe import of_mesh, unless_slow, unless_taken_back
 from ..probe.local.smoothness import smoothness
-from ..probe.local.strong_order import follows_later
+from ..probe.local.strong_order import converges_later
 from ..probe.local.weak_order import WeakOrder
 from . import rules
 from .guard import DECIDE, REFUTE, VERIFY, Guard
@@ -75,10 +75,10 @@ OF_ONE_STEP = (
         planted="explicit and implicit Euler in turns",
     ),
     Guard(
-        asks=follows_later,
+        asks=converges_later,
         bars=DECIDE,
         tier=ONE_STEP,
-        reason="a step follows the equation at much shorter step sizes only, as taming does",
+        reason="a step has an order at much shorter step sizes only, as taming does",
         remedy="shorter steps than a run has",
         planted="balanced Euler in slow time, along paths",
     ),

@@ -7,7 +7,7 @@ from typing import Any
 from ..contracts.claimed import Bound, Order, Word
 from ..contracts.finding import Finding, Judgement, Kind, Opinion, Reason, Verdict
 from ..contracts.measure import Evidence
-from ..contracts.settings import MOST_PATHS
+from ..contracts.stages import MOST_PATHS
 from ..probe.local.delay_links import remove_delay
 from ..probe.local.smoothness import rough_coefficient
 from ..probe.step.memory import NEAR
@@ -375,9 +375,21 @@ def no_fit(evidence: Evidence, covered: Coverage, left_out: Reason) -> Opinion:
         Why levels were left out.
     """
     verdict = Verdict.INCONCLUSIVE if covered.claim else Verdict.OUT_OF_SCOPE
-    if evidence.health.sums["lost"][-1] > 0:
-        verdict = Verdict.DIVERGED
-    return Opinion(verdict, Reason(f"fewer than {FEWEST} step sizes can be fitted").then(left_out, ": "))
+    reason = Reason(f"fewer than {FEWEST} step sizes can be fitted").then(left_out, ": ")
+    return diverged(Opinion(verdict, reason), evidence.health.sums["lost"][-1])
+
+
+def diverged(opinion: Opinion, lost: float) -> Opinion:
+    """Return an opinion, with the verdict *diverged* if paths are lost.
+
+    Parameters
+    ----------
+    opinion : Opinion
+        The opinion if all paths are finite.
+    lost : float
+        Number of paths at the finest step size that are not finite or blew up.
+    """
+    return opinion._replace(verdict=Verdict.DIVERGED) if lost > 0 else opinion
 
 
 def finding(covered: Coverage, opinion: Opinion, **shown: Any) -> Finding:

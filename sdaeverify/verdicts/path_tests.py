@@ -176,7 +176,8 @@ def order_tests(
         return PathTests.none(unknown_value(claim))
     bound = claimed.floor
     low, high = order.interval(evidence.settings.confidence, bias)
-    if not (isfinite(low) and isfinite(high)):
+    # The interval is symmetric: both of its ends are finite, or neither.
+    if not isfinite(high):
         return PathTests.none("the interval of the order along paths is not finite")
     growth, half = order.growth_to_decide(bound, evidence.level, bias), 0.5 * (high - low)
     reason = order_in(order.value, low, high, claimed, of)

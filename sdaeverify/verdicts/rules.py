@@ -220,7 +220,7 @@ OTHER_FINDINGS = Guard(
     tier=None,
     reason="another finding on the same scheme and problem has shown a wrong limit that this one shares",
     remedy="",
-    planted="a half-explicit step with a multiplier of the other sign",
+    planted="Milstein with a millionth of too much noise",
 )
 RESOLUTION = Guard(
     asks=doubt_resolution,

@@ -2,9 +2,10 @@
 
 import pickle
 import signal
-from collections.abc import Callable
-from concurrent.futures import BrokenExecutor, CancelledError, Future, wait
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -12,12 +13,14 @@ from pebble import ProcessExpired
 
 from ..errors import FAULTS, UsageError, one_line
 from ..registry.discovery import FILE_PREFIX
+from ..registry.load import Registry
 from ..simulate.ensemble import Marker
-from .executors import LostExecutorError, Plugins, Workers
-from .limits import Limits, limited_memory
+from .executors import LostExecutorError, Plugins, Workers, crew_of
+from .limits import Limits, available_cores, limited_memory
 from .marks import Mark, Watchdog, read_mark
-from .pool import ENDED, Processes
+from .pool import BLOCKS_A_WORKER, ENDED, Processes, in_turn
 
+Argument = TypeVar("Argument")
 Value = TypeVar("Value")
 # A function at the top level of a module of the framework, called with its argument and a marker of the running code.
 Function = Callable[[Any, Marker], Value]
@@ -176,6 +179,55 @@ def call_anywhere(function: Function[Any], argument: bytes, plugins: Plugins) ->
     """
     plugins.load()
     return pickle.dumps(function(unpickle_argument(argument), Marker()))
+
+
+def call_in_turn(
+    function: Callable[[Argument], Value],
+    named: Iterable[tuple[str, Argument]],
+    registry: Registry,
+    jobs: int | None = None,
+    executor: Executor | str | None = None,
+    ahead: int = BLOCKS_A_WORKER,
+) -> Iterator[tuple[Argument, Value]]:
+    """Call a function on workers with the plugins of a registry; yield each argument with its value, in order.
+
+    Parameters
+    ----------
+    function : callable, argument -> value
+        At the top level of a module, called in this process if there is one job and no executor.
+    named : iterable of (str, argument)
+        Arguments, each with its name for the message if it cannot be pickled. They are read as workers get free, so
+        that a generator can end after any value.
+    registry : Registry
+    jobs : int, optional
+        Number of workers; all available cores if omitted.
+    executor : Executor or str, optional
+        As in `sdaeverify.verify`.
+    ahead : int
+        Number of calls a worker that are submitted before their values are needed.
+
+    Raises
+    ------
+    UsageError
+        If an argument cannot be pickled.
+    """
+    with crew_of(jobs or available_cores(), None, registry, executor) as crew:
+
+        def calls() -> Iterator[tuple[Argument, Callable[[], Any]]]:
+            for name, argument in named:
+                if crew.executor is None:
+                    yield argument, partial(function, argument)
+                else:
+                    sent = pickle_argument((function, argument), name)
+                    yield argument, partial(call_anywhere, _apply, sent, crew.plugins)
+
+        for argument, answer in in_turn(crew.executor, ahead * crew.jobs, calls()):
+            yield argument, answer if crew.executor is None else pickle.loads(answer)
+
+
+def _apply(call: tuple[Callable[[Argument], Value], Argument], _: Marker) -> Value:
+    function, argument = call
+    return function(argument)
 
 
 def _describe_end(code: int) -> str:

@@ -4,14 +4,14 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from functools import partial
-from importlib import import_module, metadata
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from ..contracts.opened import openings
 from ..contracts.spelling import did_you_mean
 from ..errors import FAULTS, SdaeverifyError, UsageError, one_line
-from ..registry.discovery import load_source
+from ..registry.discovery import enabled_entry_points, load_source
 from ..registry.load import Registry
 from .limits import Limits
 from .pool import executor_for
@@ -41,7 +41,7 @@ class Plugins(NamedTuple):
     @classmethod
     def of(cls, registry: Registry) -> "Plugins":
         """Return the plugins of a registry, with the current contents of its files."""
-        return cls(registry.modules, tuple((file, Path(file).read_bytes()) for file in registry.files))
+        return cls(registry.modules, tuple((file, Path(file).read_bytes()) for file in registry.paths))
 
     def load(self) -> None:
         """Import all of them, and start recording the files that their code opens."""
@@ -109,7 +109,7 @@ def open_workers(text: str, jobs: int, registry: Registry) -> Iterator[Workers]:
         If no executor has this name, or it cannot be reached.
     """
     name, _, address = text.partition(":")
-    known = {entry.name: entry for entry in metadata.entry_points(group=GROUP)}
+    known = {entry.name: entry for entry in enabled_entry_points(GROUP)}
     if name not in known:
         names = [PROCESSES, *sorted(known)]
         raise UsageError(f"unknown executor {name!r}{did_you_mean(name, names)} (known: {', '.join(names)})")
@@ -183,7 +183,7 @@ def crew_of(
         As `verify` takes it.
     """
     if executor is None or executor == PROCESSES:
-        with executor_for(jobs, registry.files, limits, registry.modules) as own:
+        with executor_for(jobs, registry.paths, limits, registry.modules) as own:
             yield Workers(own, jobs)
     elif isinstance(executor, str):
         with open_workers(executor, jobs, registry) as crew:

@@ -5,8 +5,9 @@ from functools import cache
 from facade import load_registry
 from sdaeverify.studying import Source, select_problems
 from sdaeverify_adaptive import brownian_path
-from sdaeverify_adaptive.judging import Question, ask, judge
+from sdaeverify_adaptive.judging import Question, ask
 from sdaeverify_adaptive.sample import Budget, measure
+from sdaeverify_solvers import judge
 
 GBM = "gbm[a=0.1,b=0.8]"
 

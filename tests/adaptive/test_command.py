@@ -47,11 +47,13 @@ def plugin(tmp_path):
     return write
 
 
-def test_a_table_tells_what_was_found_of_each_claim(run):
-    """A row for each claim and check, the counts, and what the code means."""
+def test_a_table_tells_what_was_found_of_each_claim(run, monkeypatch):
+    """A row for each claim and check below the pair, with no word broken; the counts, and what the code means."""
+    monkeypatch.setenv("COLUMNS", "80")
     code, said = run("heun-pi", *SMALL)
 
     assert code is ExitCode.OK
+    assert said.out.splitlines()[0] == "heun-pi on ou"
     for word in ("tolerance of x", "tolerance-steps of x", "own steps", "keeps its path", "exit code 0"):
         assert word in said.out
 

@@ -101,7 +101,7 @@ def test_few_steps_say_nothing_of_a_rate():
     found = findings(made(falling(0.5), steps=6))["tolerance", "x"]
 
     assert found.verdict.value == "inconclusive"
-    assert "16 steps or more" in str(found.reason)
+    assert "at least 16 steps" in str(found.reason)
 
 
 def test_heavy_tails_are_seen():

@@ -6,8 +6,7 @@ import scipy
 
 from adaptive.solving import path
 from sdaeverify import UsageError
-from sdaeverify.probing import brownian_steps
-from sdaeverify.studying import Source
+from sdaeverify.studying import Brownian, Source
 from sdaeverify_adaptive import TICKS, brownian_path
 from sdaeverify_adaptive.hashed import normals
 from sdaeverify_adaptive.path import GRID, PER_STEP
@@ -49,7 +48,7 @@ def test_the_path_is_that_of_fixed_steps():
     """Increments and areas over the steps of each level are those that the package draws, up to rounding."""
     source = Source(5, "ou", 0, 8)
     mine = brownian_path(source, 2, 1.0)
-    first = next(brownian_steps(source, 2, 1.0 / 16, 9))
+    first = next(Brownian(source, 2, 1.0 / 16, 9).steps())
 
     for level in (0, 4, 9):
         stride, noise = TICKS // (16 * 2**level), first[level].increment(0)

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.pairs import run_pairs
 from facade import StochasticTheta, Track, delay_test, probe_step
 from probe.theta_cells import is_stable
-from sdaeverify.probing import LevelNoise, Source
+from sdaeverify.studying import LevelNoise, Source
 
 pytestmark = pytest.mark.benchmark
 

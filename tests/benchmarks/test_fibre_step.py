@@ -15,7 +15,7 @@ from facade import (
     fibre_clamped,
 )
 from sdaeverify import Increment, Scheme
-from sdaeverify.probing import Source
+from sdaeverify.studying import Source
 
 pytestmark = pytest.mark.benchmark
 

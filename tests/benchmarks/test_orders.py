@@ -6,13 +6,13 @@ from time import perf_counter
 
 import pytest
 
-from sdaeverify import orders
+from sdaeverify_orders import orders
 
 pytestmark = pytest.mark.benchmark
 SMALL = (("sri1w1", "scalar"), ("sra1", "additive"), ("milstein-areas", "general"))
 LARGE = """
 import resource, sys
-from sdaeverify import orders
+from sdaeverify_orders import orders
 orders("platen-weak-2-general", "general", 3)
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.pairs import run_pairs
 from facade import HalfExplicitEuler, pendulum
 from sdaeverify import Increment
-from sdaeverify.probing import Source
+from sdaeverify.studying import Source
 
 pytestmark = pytest.mark.benchmark
 

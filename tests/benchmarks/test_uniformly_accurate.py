@@ -8,7 +8,7 @@ import pytest
 from benchmarks.pairs import run_pairs
 from facade import ConstrainedEuler, UniformlyAccurate, orthogonal_group, torus
 from sdaeverify import Increment
-from sdaeverify.probing import Source
+from sdaeverify.studying import Source
 
 pytestmark = pytest.mark.benchmark
 

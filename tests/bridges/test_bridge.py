@@ -1,5 +1,6 @@
 """The base of bridges, with NumPy in the place of another library."""
 
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -131,3 +132,11 @@ def test_library_that_is_there_is_named_with_its_version():
 
     library.require()
     assert str(library) == f"numpy {np.__version__}"
+
+
+def test_the_page_of_bridges_names_what_no_bridge_sees():
+    """Its first section says that a driver loop outside of any step is not seen."""
+    page = (Path(__file__).parents[2] / "docs" / "how-to" / "bridge.md").read_text(encoding="utf-8")
+    shipped = " ".join(page.split("## Write a bridge")[0].split())
+
+    assert "A bridge calls one step of a solver. A driver loop outside of any step is not seen:" in shipped

@@ -3,6 +3,7 @@
 import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,6 +12,7 @@ import pytest
 from facade import Limits, execute
 from sdaeverify.cli.options import options_of
 from sdaeverify.registry import load
+from sdaeverify_orders.order_tests import ORDER_TESTS, OrderTests
 
 HEADER = """
 import multiprocessing, os, sys, time
@@ -54,18 +56,36 @@ Call = Callable[..., Outcome]
 Write = Callable[[str], str]
 
 
+class Remembered:
+    """What commands compute alike in every test, computed once: the program of a user does so once, too."""
+
+    def __init__(self) -> None:
+        self._load, self._find, self._ask = load._from_entry_point, metadata.entry_points, OrderTests.findings
+        self._known: dict[object, Any] = {}
+
+    def loaded(self, entry: object, disabled: frozenset[str], before: Sequence[load.LoadedPlugin]) -> object:
+        """Load what is installed once for the same path, choice of plugins and plugins before it; files anew."""
+        key = ("loaded", tuple(sys.path), entry, disabled, tuple(outcome.row for outcome in before))
+        return self._once(key, lambda: self._load(entry, disabled, before))
+
+    def entry_points(self, **group: str) -> object:
+        """Read the entry points of all distributions once for the same path."""
+        return self._once(("found", tuple(sys.path), *group.items()), lambda: self._find(**group))
+
+    def findings(self, *asked: Any, modified: bool = False) -> object:
+        """Return the findings on a class, computed once for the same scheme; that of a new plugin file is another."""
+        return self._once((*asked, modified), lambda: tuple(self._ask(ORDER_TESTS, *asked, modified=modified)))
+
+    def _once(self, key: tuple[object, ...], compute: Callable[[], object]) -> object:
+        if key not in self._known:
+            self._known[key] = compute()
+        return self._known[key]
+
+
 @pytest.fixture(scope="session")
-def remembered() -> Callable[..., object]:
-    """Load what is installed once for the same path, choice of plugins and plugins before it; files always anew."""
-    load_plugin, known = load._from_entry_point, {}
-
-    def load_once(entry: object, disabled: frozenset[str], before: Sequence[load.LoadedPlugin]) -> object:
-        key = (tuple(sys.path), entry, disabled, tuple(outcome.row for outcome in before))
-        if key not in known:
-            known[key] = load_plugin(entry, disabled, before)
-        return known[key]
-
-    return load_once
+def remembered() -> Remembered:
+    """Return what commands compute alike in every test."""
+    return Remembered()
 
 
 @pytest.fixture
@@ -73,7 +93,7 @@ def call(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    remembered: Callable[..., object],
+    remembered: Remembered,
 ) -> Iterator[Call]:
     """Run a command line in an empty folder, 80 columns wide."""
     monkeypatch.chdir(tmp_path)
@@ -88,7 +108,9 @@ def call(
         "GITHUB_ACTIONS",
     ):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(load, "_from_entry_point", remembered)
+    monkeypatch.setattr(load, "_from_entry_point", remembered.loaded)
+    monkeypatch.setattr(metadata, "entry_points", remembered.entry_points)
+    monkeypatch.setattr(OrderTests, "findings", remembered.findings)
     monkeypatch.setattr("sdaeverify.cli.commands.matrix.options_of", _options_of)
     # What a merge says does not depend on where problems are built.
     monkeypatch.setattr("sdaeverify.cli.commands.merge.read_limits", lambda *_: (1, None))

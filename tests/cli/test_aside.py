@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -123,6 +124,19 @@ def test_streams_that_are_closed(redirected):
 
     assert ended.returncode == 0
     assert "Traceback" not in ended.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device of Linux")
+@pytest.mark.parametrize("words", ["--version", "list --json"])
+def test_a_full_disk_is_one_line(words):
+    """A result that cannot be written is no defect, whether it fails while it is printed or at the end."""
+    with Path("/dev/full").open("w") as full:
+        ended = subprocess.run(
+            [*PROGRAM, *words.split()], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+
+    told = "cannot write the output: No space left on device; make room, or send it elsewhere"
+    assert (ended.returncode, ended.stderr) == (3, f"sdaeverify: error: {told}\n")
 
 
 def test_stdout_is_back_afterwards(capfd):

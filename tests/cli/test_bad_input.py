@@ -109,7 +109,7 @@ def test_file_that_cannot_be_replaced(quick, tmp_path):
     assert "cannot write out/verdicts.csv" in one_line(outcome.err)
 
 
-@pytest.mark.parametrize("where", ["as it is loaded", "in a step"])
+@pytest.mark.parametrize("where", [pytest.param("as it is loaded", marks=pytest.mark.long), "in a step"])
 def test_a_plugin_that_changes_the_folder(quick, odd_scheme, tmp_path, where):
     """The report is where the command line says, seen from where it was given."""
     plugin = odd_scheme(f"os.chdir({str(tmp_path / 'elsewhere')!r}); return Step(problem.euler(t, state, h, noise))")
@@ -187,7 +187,7 @@ def test_problem_that_cannot_be_built(quick, odd_problem):
 
 MUTE = "class Mute(Exception):", "    def __str__(self):", "        raise GeneratorExit", "raise Mute"
 MISBEHAVING = {
-    "return Step(state * np.nan)": ("refuted", "error nan after 8 steps"),
+    "return Step(state * np.nan)": ("refuted", "the state is not finite after 8 steps"),
     "raise ValueError('two\\nlines \\x1b[31m')": ("error", "ValueError: two lines \\x1b[31m"),
     "state += 1.0; return Step(state)": ("refuted", "writes into its state"),
     "noise.dW[:] = 0.0; return Step(state)": ("refuted", "writes into its state or its noise"),
@@ -229,6 +229,7 @@ def milstein_estimates(folder: str) -> list[list[str]]:
     return [line.split(",")[:12] for line in lines if line.startswith("milstein,gbm,strong")]
 
 
+@pytest.mark.long
 def test_wrong_scheme(call, odd_scheme):
     """A scheme that leaves out the noise is refuted, and the exit code says so."""
     plugin = odd_scheme("return Step(state + h * problem.drift(t, state))")

@@ -91,6 +91,16 @@ def test_one_fault_is_told_once(call, write, monkeypatch):
     assert f"inputs-untouched and {raised - 1} more" in outcome.out
 
 
+def test_a_narrow_terminal_breaks_no_word(call, write):
+    """Rows that do not fit a table of 80 columns are sentences: subject, problem, checks and reason."""
+    lines = call("check", "hostile", "-p", "ou", "--plugin", write(HOSTILE)).out.splitlines()
+
+    assert max(map(len, lines)) <= 80
+    assert any(line.startswith("failed hostile on ou, inputs-untouched and ") for line in lines)
+    assert call("check", "ou").out.splitlines()[0].startswith("skipped ou, consistent-start: it has no constraint")
+
+
+@pytest.mark.sweep
 @pytest.mark.parametrize(
     ("claim", "reason"),
     [

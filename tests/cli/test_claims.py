@@ -35,6 +35,7 @@ def test_a_claim_has_one_line_with_problems_and_classes(finished, call):
     assert outcome.code == 5
 
 
+@pytest.mark.long
 def test_a_refuted_claim_names_what_refutes_it(call, odd_scheme):
     """A scheme that halves the drift is refuted on the problem and for classes, and the exit code says so."""
     call("matrix", "--plugin", odd_scheme(ODD), "-s", "odd", "-p", "gbm", "--out", "out", *BUDGET)
@@ -76,12 +77,25 @@ def test_hunts_of_a_gate_stand_beside_the_cells(finished, call):
     assert outcome.code == 1
 
 
+def test_the_hunt_of_an_earlier_run_is_left_out(finished, call):
+    """A run in the folder of a gate has another date than its report; the report of the same run counts."""
+    attack = {"scheme": "milstein", "measure": "strong", "form": "SDE", "claims": {"order >= 1.0": 7}, "refuted": ""}
+    date = json.loads(Path("out/run.json").read_text())["date"]
+    for own, read in ((date, True), ("2020-01-01T00:00:00+00:00", False)):
+        Path("out/gate.json").write_text(json.dumps({"attacks": [attack], "date": own}))
+        outcome = call("claims", "milstein", "out")
+        assert ("hunt" in lines_of(outcome)[0]) is read
+        assert ("out/gate.json is about an earlier run in this folder" in outcome.err) is not read
+    Path("out/gate.json").unlink()
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
         (("milsten", "out"), "no claim in out is of milsten; did you mean milstein?"),
         (("milstein", "out", "-m", "storng"), "no claim in out is of milstein, about storng; did you mean strong?"),
         (("milstein", "nowhere"), "nowhere holds no run: cannot read verdicts.csv"),
+        (("out",), "expected SCHEME, got the folder of a run; sdaeverify claims '*' out shows it"),
     ],
 )
 def test_mistakes_cost_one_line(finished, call, words, told):

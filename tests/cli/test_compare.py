@@ -298,6 +298,7 @@ def test_a_scheme_that_is_not_registered_here(measured, call):
     )
 
 
+@pytest.mark.long
 def test_cells_of_one_run_only(measured, call):
     """They are listed, and the others are compared."""
     measured("old"), measured("new", EULER, "gbm,ou")

@@ -153,6 +153,7 @@ def sdaeverify_schemes():
 """
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.parametrize("alone", [("-j", "1", "--timeout", "0", "--memory", "0"), ("-j", "2")])
 def test_what_plugins_print_is_cut(tmp_path, alone):
     """A scheme that prints in each of its steps fills no disk: a megabyte is kept, and it is said that it was cut."""

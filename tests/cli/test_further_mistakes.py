@@ -119,12 +119,12 @@ MISTAKES = {
         "matrix --out --dry-run": "expected a path, got the option --dry-run; write ./--dry-run",
         f"matrix --executor threads {ONE}": "known: processes, dask, serial",
         f"matrix --executor '' {ONE}": "known: processes, dask, serial",
-        "gate --paths 100": "it is an option of choose, matrix",
+        "gate --paths 100": "choose, matrix",
         "gate smoke": "unexpected extra argument (smoke); sdaeverify gate --help",
         "gate --config --tier": "got the option --tier",
         "gate --write-lock -s milstein": "leave out -s, -p and -m",
         "gate --seed-from time": "'fixed', 'date'",
-        "--plugin here.py list": "it is an option of check",
+        "--plugin here.py list": "it is an option of adaptive, calibrate, check",
         "help": "known: adaptive, calibrate",
         "new_plugin": "did you mean new-plugin?",
         "list scheme": "'schemes', 'problems', 'measures', 'plugins'",
@@ -132,7 +132,7 @@ MISTAKES = {
         "info milstein heun": "sdaeverify info --help",
         "info zzz": "sdaeverify list shows all",
         "info sde": "did you mean SDE?",
-        "demo --paths 10": "it is an option of choose, matrix",
+        "demo --paths 10": "choose, matrix",
     },
     "folders": {
         "matrix --out text.txt/below -s milstein -p gbm -m strong -j 1": "choose another --out",
@@ -223,7 +223,7 @@ MISTAKES = {
         f"choose gbm --run {REFERENCE} --paths 100": "leave out --run, or --paths",
         f"choose gbm --run {REFERENCE} -s heun --seed 1": "leave out --run, or --schemes, --seed",
         "selftest --only nothere": "'*euler*' matches parts of names",
-        "selftest --levels 8..64": "it is an option of choose, matrix",
+        "selftest --levels 8..64": "choose, matrix",
         "calibrate --only ''": "leave it out for all",
         "calibrate --only nothere": "known are slope",
         "calibrate --repetitions 0": "repetitions must be at least",
@@ -250,6 +250,7 @@ def test_there_are_sixty():
     assert len(CASES) >= 60
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(("kind", "line", "hint"), CASES, ids=[line for _, line, _ in CASES])
 def test_a_mistake_is_one_line_with_a_hint(call, tmp_path, kind, line, hint):
     """It says what is wrong and what helps, on one line of stderr; nothing is on stdout, and no file is written."""

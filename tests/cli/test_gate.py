@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from evidence import rows_of
-from facade import ExitCode, Finished, PluginRow, Registry, Study, read_limits, seed_of
+from facade import ExitCode, PluginRow, Registry, Study, read_limits, seed_of
 from sdaeverify import UsageError
 from sdaeverify.cli.commands.gate import gate, policy_of
 
@@ -208,6 +208,7 @@ def test_what_is_no_lock_file_is_not_overwritten(project, tmp_path, name):
     assert not (tmp_path / "reports").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_a_gate_of_everything_says_why(project, monkeypatch, tmp_path):
     """Schemes of the policy's plugin files are its own; without any, the file that names none is named."""
@@ -321,6 +322,7 @@ def test_own_plugin_is_broken(project, monkeypatch, tmp_path):
     assert "plugin mine of mypack, which is gated, is broken: ImportError: no" in outcome.err
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(
     ("ending", "why", "code"),
     [
@@ -335,7 +337,7 @@ def test_a_gate_that_is_ended(project, monkeypatch, ending, why, code):
     def ended(*arguments):
         for event in whole(*arguments):
             yield event
-            if isinstance(event, Finished):
+            if event.results:
                 raise ending
 
     monkeypatch.setattr(Study, "run", ended)
@@ -373,7 +375,8 @@ def test_claims_for_classes_are_gated_where_no_problems_are_named(project, tmp_p
     assert outcome.code == ExitCode.REFUTED
     wrong = by_class["every-equation[of=scalar]"]
     assert (wrong["status"], wrong["decided_by"]) == ("failed", "TA")
-    assert wrong["reason"] == "Order 0.5: the condition b1(b1) fails, found 0, wanted I."
+    named = "Milstein's correction, the sum of DB_k B_j I_jk, is left out"
+    assert wrong["reason"] == f"{named}; order 0.5: the condition b1(b1) fails, found 0, wanted I."
     assert wrong["reproduce"].startswith("python -m sdaeverify orders wrong --class scalar --plugin")
     assert by_class["every-equation[of=additive]"]["status"] == "passed"
 
@@ -381,3 +384,21 @@ def test_claims_for_classes_are_gated_where_no_problems_are_named(project, tmp_p
     project("-s", "wrong", "-m", "strong")
     found = json.loads(Path("reports/gate/gate.json").read_text())["outcomes"]
     assert not any(row["problem"].startswith("every-equation") for row in found)
+
+
+@pytest.mark.long
+def test_a_gate_without_tests_of_classes_says_so(project, tmp_path, monkeypatch):
+    """Locked claims about classes are then no longer tested, which fails the gate; other claims pass as before."""
+    policy = POLICY.replace("orders = false", 'schemes = ["right"]')
+    (tmp_path / "pyproject.toml").write_text(policy)
+    assert project("--write-lock").code == ExitCode.OK
+    monkeypatch.setenv("SDAEVERIFY_DISABLED_PLUGINS", "orders")
+    outcome = project()
+
+    assert outcome.code == ExitCode.NOTHING
+    assert "note: orders: this installation has no tests of claims about classes of equations" in outcome.out
+    gated = json.loads(Path("reports/gate/gate.json").read_text())
+    assert {(row["problem"], row["status"]) for row in gated["outcomes"]} == {("gbm", "passed")}
+    told = "no longer tested: right on every-equation"
+    assert gated["lock_violations"]
+    assert all(line.startswith(told) for line in gated["lock_violations"])

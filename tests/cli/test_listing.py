@@ -35,12 +35,26 @@ def test_list_of_everything(call, monkeypatch):
     assert "sdaeverify-schemes.milstein" in outcome.out
 
 
-@pytest.mark.parametrize("columns", ["60", "120"])
+@pytest.mark.parametrize("columns", ["60", "100"])
 def test_a_list_heeds_the_columns_that_are_asked_for(call, monkeypatch, columns):
-    """Also where a pager reads it: no line is longer than COLUMNS."""
+    """Also where a pager reads it: no line is longer than COLUMNS, which are used."""
     monkeypatch.setenv("COLUMNS", columns)
 
-    assert max(map(len, call("list", "measures").out.splitlines())) == int(columns)
+    assert 0.75 * int(columns) < max(map(len, call("list", "measures").out.splitlines())) <= int(columns)
+
+
+def test_a_list_that_is_too_wide_is_paragraphs(call, odd_scheme):
+    """No name and no word is broken; what a table would have in narrow columns is below the name."""
+    lines = call("list", "--plugin", odd_scheme("return Step(state)")).out.splitlines()
+
+    at = lines.index("half-explicit-euler (HolonomicSDAE)")
+    assert lines[at + 1 : at + 4] == [
+        "    Position along the old normal onto the constraint, velocity along the old",
+        "    normal onto the tangent space.",
+        "    parameters: truncation=theory, no_root=hold",
+    ]
+    assert lines[lines.index("odd (SDE)") + 1] == "    from plugin odd_plugin"
+    assert "sdaeverify-measures.strong (loaded, 1 measure)" in lines
 
 
 def test_list_on_a_terminal(call, monkeypatch):
@@ -131,10 +145,13 @@ def test_status_of_plugins(call, monkeypatch):
         ("sdaeverify-schemes.milstein", ["plugin sdaeverify-schemes.milstein", "status: loaded"]),
         ("sdaeverify-planted.higher_orders", ["plugin sdaeverify-planted.higher_orders", "status: loaded"]),
         ("HolonomicSDAE", ["form HolonomicSDAE", "schemes that solve it: explicit-projection-euler, half-explicit"]),
-        ("SDE", ["form SDE", "A stochastic differential equation dx = f dt + B dW (Ito).", "problems that are "]),
+        (
+            "SDE",
+            ["form SDE", "A stochastic differential equation dx = f dt + B dW (Ito).", "problems of this form: cir"],
+        ),
         (
             "IndexOneSDAE",
-            ["schemes that solve it: drift-implicit-milstein, lagged-algebraic-theta", "schemes that solve another"],
+            ["schemes that solve it: drift-implicit-milstein, lagged-algebraic-theta", "problems of this form: "],
         ),
         ("Scheme", ["sdaeverify.Scheme"]),
         ("traits", ["additive-noise", "  The diffusion matrix depends neither", "  asked for by claims of: heun"]),

@@ -215,6 +215,7 @@ def test_bad_inputs(call, kind, every):
     assert not found, "\n".join(f"{[word[:40] for word in arguments]}: {text}" for arguments, text in found)
 
 
+@pytest.mark.long
 def test_loop_of_links_in_place_of_evidence(quick, call, tmp_path):
     """A file of evidence that is a loop of links is damaged, whoever reads it; what is computed takes its place."""
     run = (*MILSTEIN, "--out", "out")

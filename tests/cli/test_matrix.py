@@ -80,7 +80,7 @@ def test_dry_run(call, tmp_path):
         ["run", "half-explicit-euler", "pendulum", "drift"],
         ["run", "half-explicit-euler", "pendulum", "strong"],
     ]
-    assert "not_applicable  half-explicit-euler  gbm       strong   needs a HolonomicSDAE" in outcome.out
+    assert "does not apply  half-explicit-euler  gbm       strong   needs a HolonomicSDAE" in outcome.out
     assert "5 of 8 cells would be run" in outcome.out
     assert not list(tmp_path.iterdir())
 

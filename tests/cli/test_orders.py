@@ -72,6 +72,18 @@ def test_a_refuted_claim_has_its_tree(call, tmp_path):
     assert "def counterexample(" in problem.read_text()
 
 
+def test_a_refuted_weak_order_is_told_what_is_solved_instead(call, tmp_path):
+    """The modified equation stands below the trees; a refuted strong order has none."""
+    (tmp_path / "odd.py").write_text(PLUGIN)
+    weak, strong = (call("orders", name, "--class", "scalar", "--plugin", "odd.py").out for name in ("odd", "bold"))
+
+    assert (
+        "odd, scalar: weak order 1; no modified SDE at h: its generator would have\n    -1/2 D^3 u[b, b, b' b]"
+        in weak
+    )
+    assert "modified" not in strong
+
+
 def test_a_record_that_cannot_give_an_order_is_told_before_the_tree(call, tmp_path):
     """Strong order 1 for general noise needs areas: a reader learns that no scheme could have it, then what fails."""
     plugin = tmp_path / "odd.py"
@@ -113,6 +125,7 @@ def sdaeverify_schemes():
 """
 
 
+@pytest.mark.slow
 def test_what_is_not_decided_is_counted_below_an_unbroken_name(call, tmp_path, monkeypatch):
     """Where all premises fail nothing is refuted, and nothing verified either; 80 columns hold a long name."""
     monkeypatch.setenv("COLUMNS", "80")
@@ -131,6 +144,7 @@ def test_what_is_not_decided_is_counted_below_an_unbroken_name(call, tmp_path, m
     ]
 
 
+@pytest.mark.slow
 def test_a_premise_that_cannot_be_tested_is_told(call):
     """A step that fails on the problems of a premise leaves the claim open, with the step size; it is no crash."""
     outcome = call("orders", "stochastic-theta", "--class", "index-1-additive", "--motions", "4")

@@ -117,8 +117,8 @@ def test_workers_end_with_a_killed_parent(start, odd_problem, tmp_path):
     """A program that is killed leaves no workers behind, and what was finished is on disk."""
     plugin = odd_problem(SLOW)
     chosen = ("-s", "milstein", "-p", "gbm,zz-odd", *STRONG, "--plugin", plugin, *BUDGET)
-    # One worker, which hangs: a limit of time is what gives one job a process of its own.
-    process = start("matrix", *chosen, "-j", "1", "--timeout", "300")
+    # One of the workers hangs. The other one judges what is finished: a single one would judge it after five minutes.
+    process = start("matrix", *chosen, "-j", "2", "--timeout", "300")
     wait_for(process, "milstein  gbm")
 
     process.kill()
@@ -215,6 +215,7 @@ def sdaeverify_schemes():
 """
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.parametrize("program", ["script", "module"])
 def test_modules_of_the_current_folder_and_beside_a_plugin_are_found(tmp_path: Path, program: str) -> None:
     """The console script finds what ``python -m`` does, in its workers too, which unpickle the schemes."""

@@ -13,7 +13,7 @@ from facade import ExperimentRun, with_error
 pytestmark = pytest.mark.long
 
 ROWS = """
-from sdaeverify_papers import FineRun, MeanTable, Printed, Row
+from sdaeverify_lab.papers import FineRun, MeanTable, Printed, Row
 
 def row(steps, digits="1.5625", **other):
     return Row(**{{"problem": "gbm[b=0]", "scheme": "euler-maruyama", "steps": steps, "observable": "x",
@@ -186,7 +186,7 @@ def test_no_matplotlib(reproduce, monkeypatch):
 
 
 BROKEN = """
-from sdaeverify_papers import Experiment, SchemeRun
+from sdaeverify_lab.papers import Experiment, SchemeRun
 
 class Broken(Experiment):
     name, title, source, paths = "broken", "t", "s", 2

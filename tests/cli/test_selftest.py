@@ -39,7 +39,8 @@ def selftest(call):
     return lambda *words: call("selftest", "-j", "1", "--paths", "256", "--progress", "none", *words)
 
 
-@pytest.mark.parametrize("further", [(), ("--out", "result")], ids=["", "out"])
+@pytest.mark.long
+@pytest.mark.parametrize("further", [pytest.param((), id=""), pytest.param(("--out", "result"), id="out")])
 def test_bug_that_is_refuted(selftest, odd_bug, further):
     """A mark under the check that did it, and success; with --out alone a row for each bug is written."""
     outcome = selftest("--only", "planted-odd", "--plugin", odd_bug(factor="1.1"), *further)
@@ -56,6 +57,25 @@ def test_bug_that_is_refuted(selftest, odd_bug, further):
         assert (row["bug"], row["scheme"], row["problem"]) == ("noise times 1.1", "planted-odd", "gbm")
         kills = [name for name, value in row.items() if value == "1"]
         assert (row["outcome"], kills) == ("refuted", ["strong TA", "contract T0"])
+
+
+def test_classes_are_not_tested_where_a_cell_refutes(selftest, odd_bug):
+    """With --quick the mark of the contract is the only one, and success is the same."""
+    outcome = selftest("--only", "planted-odd", "--plugin", odd_bug(factor="1.1"), "--quick", "--out", "result")
+
+    assert (outcome.code, outcome.err) == (0, "")
+    (row,) = rows_of("result/kill.csv")
+    assert [name for name, value in row.items() if value == "1"] == ["contract T0"]
+
+
+@pytest.mark.long
+def test_classes_are_tested_where_no_cell_refutes(selftest):
+    """With --quick a bug that the steps on its problem do not show is refuted by order conditions all the same."""
+    outcome = selftest("--only", "planted-platen-general-old-drift", "--quick", "--out", "result")
+
+    assert outcome.code == 0
+    rows = [row for row in rows_of("result/kill.csv") if row["problem"] == "noncommuting"]
+    assert [[name for name, value in row.items() if value == "1"] for row in rows] == [["weak TA"]]
 
 
 def test_bug_that_survives(selftest, odd_bug):

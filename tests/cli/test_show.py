@@ -39,13 +39,29 @@ def test_a_scheme_is_shown_with_its_classes(finished, call):
 
 
 def test_a_leading_error_is_shown_where_it_is_known(finished, call):
-    """Of quadratic means of a linear step beside their verdicts, and of no other mean or step."""
+    """Of quadratic means and the error at T of a linear step beside their verdicts, and of no other mean or step."""
     shown = " ".join(call("show", "out", "milstein", "gbm").out.split())
     wrong = " ".join(call("show", "out", "displaced-euler", "gbm").out.split())
 
-    assert shown.count("leading error") == 2
+    assert shown.count("leading error") == 3
+    assert "leading error 0.862 h without sampling, C known to" in shown
     assert "leading error -0.206 h without sampling, C known to" in shown
     assert "leading error" not in wrong
+
+
+def test_what_is_the_same_of_several_measures_is_said_once(quick, call, odd_scheme):
+    """A refuted step has one block for the measures without a claim, whose command names all; others their own."""
+    plugin = odd_scheme("return Step(state + h)")
+    quick("-s", "odd", "-p", "gbm", "-m", "stability,strong,weak", "--plugin", plugin, "--out", "out")
+    lines = call("show", "out", "odd", "gbm").out.splitlines()
+
+    assert [line for line in lines if line.startswith("odd on gbm")] == [
+        "odd on gbm, stability, weak",
+        "odd on gbm, strong",
+    ]
+    assert lines[1] == "  ○ no claim; decided by T0"
+    assert any("-m stability,weak " in f"{line} " for line in lines)
+    assert "  ✗ order ≥ 1.0 (sampled: ≥ 0.8); decided by T0" in lines
 
 
 def test_quiet_is_the_sentence_alone(quick):
@@ -226,6 +242,14 @@ def test_a_short_answer_loads_no_library_of_numbers(given):
     assert told.stdout.startswith("plain,matrix" if given else "sdaeverify ")
     assert "click" in told.stderr
     assert "numpy" not in told.stderr
+
+
+def test_plugins_load_without_pandas():
+    """Only tables need it: a list, and each worker process, starts a quarter of a second sooner."""
+    words = [sys.executable, "-X", "importtime", "-m", "sdaeverify", "list", "measures"]
+    told = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert "numpy" in told.stderr
+    assert "pandas" not in told.stderr
 
 
 def test_info_is_told_to_programs(call):

@@ -57,7 +57,15 @@ def test_an_expected_failure_that_can_never_match(call, tmp_path, kind, name, me
     assert not (tmp_path / "reports" / "gate" / "run.json").exists()
 
 
-@pytest.mark.parametrize(("kind", "name"), [("scheme", "euler-maruyama"), ("scheme", "mil*"), ("quantity", "x[1]")])
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        pytest.param("scheme", "euler-maruyama", marks=pytest.mark.long),
+        ("scheme", "mil*"),
+        pytest.param("scheme", "stochastic-theta[theta=*]", marks=pytest.mark.long),
+        ("quantity", "x[1]"),
+    ],
+)
 def test_an_expected_failure_that_may_match(call, tmp_path, kind, name):
     """A registered name that is not selected, a glob and any quantity are no errors."""
     (tmp_path / "pyproject.toml").write_text(EXPECTED.format(kind, name))
@@ -123,6 +131,7 @@ def test_strict_is_yes_or_no(call, monkeypatch):
     assert (outcome.code, "SDAEVERIFY_STRICT_PLUGINS expects 0 or 1, got 'maybe'" in line) == (2, True)
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("command", [("choose", "gbm", "--run"), ("show",), ("compare", "finished")])
 @pytest.mark.parametrize("table", ["levels.csv", "verdicts.csv"])
 @pytest.mark.parametrize("kind", DAMAGES)
@@ -140,6 +149,19 @@ def test_a_damaged_table(call, tmp_path, finished, command, table, kind):
         return
     (line,) = outcome.err.splitlines()
     assert (outcome.code, table in line, message in line) == (2, True, True)
+
+
+@pytest.mark.parametrize("command", [("show",), ("compare", "finished"), ("claims", "milstein"), ("cite",)])
+def test_an_unknown_verdict(call, tmp_path, finished, command):
+    """A word that is no verdict, as an editor or another version may leave, is named with its file."""
+    for name in ("finished", "damaged"):
+        shutil.copytree(finished, tmp_path / name)
+    file = tmp_path / "damaged" / "verdicts.csv"
+    file.write_text(file.read_text().replace(",verified,", ",proved,"))
+    outcome = call(*command, "damaged")
+
+    assert outcome.err == "sdaeverify: error: damaged/verdicts.csv has an unknown verdict: 'proved'\n"
+    assert outcome.code == 2
 
 
 def test_a_whole_run_is_read(call, tmp_path, finished):

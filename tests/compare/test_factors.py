@@ -7,9 +7,9 @@ from scipy.stats import binom
 from facade import leave_out
 from sdaeverify import UsageError
 from sdaeverify.measuring import group_sums
-from sdaeverify.report.compare.changes import Change, changes
-from sdaeverify.report.compare.factors import IS_EXACT, ORDER_ALONE, WAS_EXACT, factor
-from sdaeverify.report.compare.level_errors import NO_LEVELS, LevelErrors
+from sdaeverify_runs.changes import Change, changes
+from sdaeverify_runs.factors import IS_EXACT, ORDER_ALONE, WAS_EXACT, factor
+from sdaeverify_runs.level_errors import NO_LEVELS, LevelErrors
 
 H = 2.0 ** -np.arange(3.0, 9.0)
 PATHS = 256

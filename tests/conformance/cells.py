@@ -1,7 +1,7 @@
 """What the conformance tests are run over: the registry, crossed by the rule the program itself uses."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from typing import NamedTuple
 
@@ -48,9 +48,11 @@ SHORTER = {
 }
 # So many views of each form are tried, and each with its own schemes everywhere.
 VIEWS = 1
-# So many schemes are put to each problem by the fast tests, and one if all had their turn: a default run tries the
-# contract on every cell.
+# So many schemes are put to each problem by fast and long tests, and one if all had their turn: a default run tries
+# the contract on every cell.
 TURNS = 2
+# Where a scheme of several steps takes a second, because its memory is followed for long.
+FOLLOWED = ("driven-double-pendulum", "noisy-circuit")
 # What takes seconds: controls everywhere, and these on long problems.
 LONG = frozenset({"solution-simulated", "moments-simulated", "moments-settle"})
 LATE = frozenset({"delay-ou"})
@@ -112,10 +114,11 @@ def cells(registry: Registry) -> Iterator[Cell]:
                 yield Cell(scheme, found, f"{scheme.label} on {label}")
 
 
-def in_turn(registry: Registry, *, chosen: bool) -> Iterator[Cell]:
-    """Yield the cells of the fast tests, those variants on each problem that had the fewest turns, or all others."""
+def in_turn(registry: Registry) -> tuple[list[Cell], list[Cell]]:
+    """Return the cells of fast and long tests, variants on each problem that had the fewest turns, and all others."""
     turns: Counter[str] = Counter()
     on_problems: dict[str, list[Cell]] = defaultdict(list)
+    chosen, others = list[Cell](), list[Cell]()
     for cell in cells(registry):
         on_problems[cell.label.partition(" on ")[2]].append(cell)
     for found in on_problems.values():
@@ -123,7 +126,15 @@ def in_turn(registry: Registry, *, chosen: bool) -> Iterator[Cell]:
         waiting = sum(not turns[cell.scheme.label] for cell in found)
         count = max(1, min(TURNS, waiting))
         turns.update(cell.scheme.label for cell in found[:count])
-        yield from found[:count] if chosen else found[count:]
+        chosen += found[:count]
+        others += found[count:]
+    return chosen, others
+
+
+def is_late(label: str) -> bool:
+    """Return whether a cell or problem is one of the long tests: it takes a second, or has other parameters."""
+    subject = label.partition(" on ")[0]
+    return "[" in subject or label.endswith(FOLLOWED)
 
 
 def breaches(registry: Registry) -> list[Planted]:
@@ -149,19 +160,22 @@ def asked_of_schemes(registry: Registry, *, long: bool) -> Iterator[Inquiry]:
         yield Inquiry(scheme.label, [Question(check, scheme.label, "scheme", "", subject) for check in once])
 
 
-def asked_of_cells(registry: Registry, *, chosen: bool) -> Iterator[Inquiry]:
-    """Yield what every scheme is asked on each of its problems: the variants that have their turn, or the others."""
+def asked_of_cells(found: Iterable[Cell]) -> Iterator[Inquiry]:
+    """Yield what a scheme is asked on each of its problems."""
     each = [check for check in checks("scheme") if check.each_problem]
-    for cell in in_turn(registry, chosen=chosen):
+    for cell in found:
         subject = Shared(cell.scheme, cell.problem, cell.label)
         yield Inquiry(cell.label, [Question(check, cell.label, "scheme", "", subject) for check in each])
 
 
-def asked_of_problems(registry: Registry, *, long: bool) -> Iterator[Inquiry]:
-    """Yield what every problem is asked: what takes seconds, or the rest."""
+def asked_of_problems(registry: Registry) -> Iterator[tuple[Inquiry, Inquiry]]:
+    """Yield what every problem is asked: what is answered soon, and what takes seconds."""
     for spec in specs(registry):
         entry = registry.problems[spec.name]
         long_by_default = entry.make() not in entry.in_matrix
         slow = {"controls"} | (LONG if long_by_default or spec.name in LATE else frozenset())
         asked = problem_questions(ProblemSubject(spec, registry), None)
-        yield Inquiry(spec.label, [question for question in asked if (question.check.name in slow) is long])
+        yield tuple(
+            Inquiry(spec.label, [question for question in asked if (question.check.name in slow) is long])
+            for long in (False, True)
+        )

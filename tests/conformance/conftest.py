@@ -1,6 +1,6 @@
 """Tests here are run over everything that is registered, whoever wrote it."""
 
-from functools import cache, partial
+from functools import cache
 
 import pytest
 
@@ -8,13 +8,13 @@ from conformance import cells
 from facade import Registry, load_registry
 
 COLLECTIONS = {
-    "planted": cells.breaches,
-    "asked_of_scheme": partial(cells.asked_of_schemes, long=False),
-    "asked_about_claims": partial(cells.asked_of_schemes, long=True),
-    "asked_of_cell": partial(cells.asked_of_cells, chosen=True),
-    "asked_of_another_cell": partial(cells.asked_of_cells, chosen=False),
-    "asked_of_problem": partial(cells.asked_of_problems, long=False),
-    "asked_for_long": partial(cells.asked_of_problems, long=True),
+    "planted",
+    "asked_of_scheme",
+    "asked_about_claims",
+    "asked_of_cell",
+    "asked_of_another_cell",
+    "asked_of_problem",
+    "asked_for_long",
 }
 
 
@@ -25,9 +25,20 @@ def loaded() -> Registry:
 
 
 @cache
-def collection(name: str) -> list:
-    """Return what a fixture ranges over, made once for all tests."""
-    return list(COLLECTIONS[name](loaded()))
+def collections() -> dict[str, list]:
+    """Return what each fixture ranges over: cells are matched, and problems built, once for all of them."""
+    registry = loaded()
+    chosen, others = cells.in_turn(registry)
+    soon, late = zip(*cells.asked_of_problems(registry), strict=True)
+    return {
+        "planted": cells.breaches(registry),
+        "asked_of_scheme": [*cells.asked_of_schemes(registry, long=False)],
+        "asked_about_claims": [*cells.asked_of_schemes(registry, long=True)],
+        "asked_of_cell": [*cells.asked_of_cells(chosen)],
+        "asked_of_another_cell": [*cells.asked_of_cells(others)],
+        "asked_of_problem": [*soon],
+        "asked_for_long": [*late],
+    }
 
 
 @pytest.fixture(scope="session")
@@ -37,9 +48,13 @@ def registry() -> Registry:
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    for name in COLLECTIONS.keys() & set(metafunc.fixturenames):
-        things = collection(name)
-        metafunc.parametrize(name, things, ids=[thing.label for thing in things])
+    for name in COLLECTIONS & set(metafunc.fixturenames):
+        late = cells.is_late if name in {"asked_of_cell", "asked_of_problem"} else lambda _: False
+        given = [
+            pytest.param(thing, id=thing.label, marks=pytest.mark.long if late(thing.label) else ())
+            for thing in collections()[name]
+        ]
+        metafunc.parametrize(name, given)
 
 
 @pytest.fixture(autouse=True)

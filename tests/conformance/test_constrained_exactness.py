@@ -209,6 +209,7 @@ class Pastless(Scheme):
         return Step(DelayState(new, problem.eliminated(t + self.end * h, new, new)))
 
 
+@pytest.mark.long
 def test_schemes_of_index_one_are_tried_without_delay() -> None:
     """None of their trivial problems has a delay; an early y and a diagonal cut from the noise are found."""
     assert exactness_violation(Pastless()) == ""

@@ -9,6 +9,7 @@ from facade import (
     AnticipatingNoise,
     H,
     KeptAlgebraic,
+    Mesh,
     OldLagAlgebraic,
     StochasticTheta,
     WrongLag,
@@ -16,7 +17,6 @@ from facade import (
 )
 from sdaeverify import Claim, DelaySDAE, DelayState, Increment, Scheme, Step, Trivial
 from sdaeverify.forms.delay.trivial_delays import LONG
-from sdaeverify.probing import Mesh
 from sdaeverify_schemes._euler_orders import STRONG_HALF
 
 # Where each of the wrong readings is found: what leaves out a part of the unknown misses even what is at rest.
@@ -55,6 +55,7 @@ class OldOnTheMesh(StochasticTheta):
         return super().step(problem, state, t, h, noise if delta or not m else noise._replace(ahead=noise.lagged))
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.long
 @pytest.mark.parametrize("reading", WHERE)
 def test_wrong_lagged_values_at_the_end_are_found(reading: str) -> None:
@@ -62,6 +63,7 @@ def test_wrong_lagged_values_at_the_end_are_found(reading: str) -> None:
     assert exactness_violation(WrongLag(0.5, reading)).partition(" on ")[2].startswith(WHERE[reading])
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("wrong", "equation"),
@@ -75,6 +77,62 @@ def test_wrong_lagged_values_at_the_end_are_found(reading: str) -> None:
 def test_other_faults_are_named(wrong: Scheme, equation: str) -> None:
     """A wrong y and a wrong lagged value are found on the equation that shows them."""
     assert f"on {equation}" in exactness_violation(wrong)
+
+
+class Forgetful(PresentDrift):
+    """All coefficients and y read x in the place of the lagged x."""
+
+    name: ClassVar[str] = "planted-forgetful"
+
+    def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
+        """Make an explicit step."""
+        x, y = state
+        new = x + h * problem.drift(t, x, x, y) + problem.diffused(t, x, x, y, noise.dW)
+        return Step(DelayState(new, problem.eliminated(t + h, new, new)))
+
+
+class OldAtTheEnd(PresentDrift):
+    """y at the end of an explicit step reads the lagged x of its begin."""
+
+    name: ClassVar[str] = "planted-old-at-the-end"
+
+    def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
+        """Make an explicit step."""
+        (x, y), now = state, problem.lag(state.x, h, noise).now
+        new = x + h * problem.drift(t, x, now, y) + problem.diffused(t, x, now, y, noise.dW)
+        return Step(DelayState(new, problem.eliminated(t + h, new, now)))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        (Forgetful(), "; no step depends on x(t - tau), so that it solves an equation without delay"),
+        (OldAtTheEnd(), "; no step depends on x(t + h - tau), which y at its end follows"),
+        (PresentDrift(), "the solution moves by 0.11"),
+        (OldLagAlgebraic(), "the solution moves by 0.11"),
+    ],
+)
+def test_a_lagged_value_that_no_step_reads_is_named(wrong: Scheme, told: str) -> None:
+    """The message of a step that reads the lagged values of begin and end has no such words."""
+    assert exactness_violation(wrong).endswith(told)
+
+
+class WrongOutput(PresentDrift):
+    """x is right, and twice y is returned, which no step reads."""
+
+    name: ClassVar[str] = "planted-wrong-output"
+
+    def step(self, problem: DelaySDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
+        """Make an explicit step."""
+        x, lag = state.x, problem.lag(state.x, h, noise)
+        y = problem.eliminated(t, x, lag.now)
+        new = x + h * problem.drift(t, x, lag.now, y) + problem.diffused(t, x, lag.now, y, noise.dW)
+        return Step(DelayState(new, 2.0 * problem.eliminated(t + h, new, lag.ahead(new))))
+
+
+def test_the_component_that_is_wrong_is_named() -> None:
+    """Components that are right to rounding are not in the message."""
+    assert ": error 1 of y after 8 steps" in exactness_violation(WrongOutput())
 
 
 @pytest.mark.parametrize("wrong", [WrongLag(0.5, "ahead"), AnticipatingNoise()])

@@ -131,8 +131,17 @@ PROBLEMS: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("problem", PROBLEMS)
-@pytest.mark.parametrize("heard", WRONG)
+def crossed(steps):
+    """Return steps with problems: each step with one motion, the first with any number; the rest is long."""
+    return [
+        pytest.param(heard, problem, marks=() if problem == "gbm" or heard == next(iter(steps)) else pytest.mark.long)
+        for heard in steps
+        for problem in PROBLEMS
+    ]
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize(("heard", "problem"), crossed(WRONG))
 def test_noise_that_is_lost_at_some_size_is_found_for_any_number_of_motions(heard, problem):
     """The reason says from which size on, and at most 160 characters."""
     text = noise_departure(hearing(WRONG[heard]), PROBLEMS[problem](), paths=True)
@@ -141,13 +150,13 @@ def test_noise_that_is_lost_at_some_size_is_found_for_any_number_of_motions(hear
     assert len(text) <= 160
 
 
-@pytest.mark.parametrize("problem", PROBLEMS)
-@pytest.mark.parametrize("heard", RIGHT)
+@pytest.mark.parametrize(("heard", "problem"), crossed(RIGHT))
 def test_what_vanishes_with_the_step_size_is_let_pass(heard, problem):
     """Clipped at a bound that grows, or tamed: the largest difference from Euler's step falls."""
     assert noise_departure(hearing(RIGHT[heard]), PROBLEMS[problem](), paths=True) == ""
 
 
+@pytest.mark.long
 def test_nodes_of_one_size_do_not_show_what_is_lost():
     """From four motions on the rule of the step's law has all increments at the square root of 3."""
     wrong = hearing(beyond(2.5, 0.0))

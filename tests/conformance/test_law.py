@@ -45,6 +45,7 @@ class StrongLeimkuhlerMatthews(LeimkuhlerMatthews):
     claims: ClassVar[tuple[Claim, ...]] = STRONG
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("problem", [ou(), double_well()])
 def test_a_scheme_that_is_right_in_law_alone_is_let_pass(problem: SDE) -> None:
     """The method of Leimkuhler and Matthews is half an increment off on each path, and claims nothing of paths."""

@@ -50,6 +50,7 @@ def test_scheme_without_claims_is_not_held_to_the_equation() -> None:
     assert not violation(DisplacedEuler(), double_well())
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.parametrize(
     "problem",
     [

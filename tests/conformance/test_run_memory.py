@@ -19,8 +19,8 @@ from facade import (
     pendulum,
 )
 from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step
-from sdaeverify.probe.local.run_memory import run_memory
-from sdaeverify_planted.states import UnsolvedTheta
+from sdaeverify.probe.local.run_memory import Apart, run_memory
+from sdaeverify_lab.planted.states import UnsolvedTheta
 
 CLAIMS = tuple(Claim(measure=name, value=value, source="made up") for name, value in (("strong", 0.5), ("weak", 1.0)))
 
@@ -104,6 +104,7 @@ def test_memory_that_goes_wrong_in_a_run_is_told(name: str) -> None:
     assert "a run and a restart by enter(problem, state, t, h) differ" in departure(scheme, seen(scheme, problem))
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.long
 @pytest.mark.parametrize("name", RIGHT)
 def test_memory_that_is_right_is_let_pass(name: str) -> None:
@@ -130,3 +131,12 @@ def test_memory_that_cannot_be_entered_is_not_compared() -> None:
     """Nothing is said of it, and nothing is raised."""
     assert run_memory(Unentered(), double_well()) is None
     assert departure(Unentered(), double_well()) == ""
+
+
+@pytest.mark.parametrize("delayed", [False, True])
+def test_a_scheme_with_a_history_of_its_own_is_told_what_to_override(delayed: bool) -> None:
+    """With a delay the memory may be a history; without one `enter` can set it."""
+    stays = (np.array([[0.2]]), np.array([[0.2]]))
+    departure = Apart(("x",), stays, delayed).departure
+    assert departure.endswith("whatever h") is not delayed
+    assert departure.endswith("overrides start(problem, paths, h) instead of enter") is delayed

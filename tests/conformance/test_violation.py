@@ -24,6 +24,7 @@ from facade import (
     pendulum,
     violation,
 )
+from right.programmed_schemes import OwnHistory
 from sdaeverify import (
     SDE,
     THREE_POINT,
@@ -167,6 +168,7 @@ INEXACT: dict[str, tuple[Rule, str]] = {
 }
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("fault", INEXACT)
 def test_an_error_on_a_trivial_equation_is_named(fault: str) -> None:
     """Each fault that an order test may miss is found on one of the trivial equations."""
@@ -374,3 +376,8 @@ def test_a_form_that_nothing_is_known_of_is_left_alone() -> None:
         pass
 
     assert Unknown.trivial_problems() == ()
+
+
+def test_a_scheme_with_a_history_of_its_own_is_not_entered_with_another() -> None:
+    """Its state has more than `enter` sets, so that its single steps are not compared with the equation."""
+    assert violation(OwnHistory(), delay_ou()) == ""

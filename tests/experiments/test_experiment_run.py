@@ -9,7 +9,7 @@ import pytest
 from experiments.running import lines_of, mean_square
 from facade import EulerMaruyama, FineRun, Milstein, Note, Row, SchemeRun, SharedNoise, problem_spec
 from sdaeverify import SDE
-from sdaeverify_papers.block import NoiseTask, PlannedRun, ProbeTask, run_block, run_probe
+from sdaeverify_lab.papers.block import NoiseTask, PlannedRun, ProbeTask, run_block, run_probe
 
 
 def brownian_motion() -> SDE:

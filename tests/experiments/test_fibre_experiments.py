@@ -12,9 +12,9 @@ from facade import EXPERIMENTS, Budget, SharedNoise, clamped_chain, fibre_clampe
 from facade import lindner_2018_figure_4_2 as convergence
 from facade import lindner_2018_figure_4_3 as skipping
 from facade import lindner_2018_figure_5_1 as refinement
-from sdaeverify.probing import Source, brownian_steps
-from sdaeverify_papers.experiments._estimates import mean, mean_count, order
-from sdaeverify_papers.experiments._fibres import A, B, differences, edges, spacing
+from sdaeverify.studying import Brownian, Source
+from sdaeverify_lab.papers.experiments._estimates import mean, mean_count, order
+from sdaeverify_lab.papers.experiments._fibres import A, B, differences, edges, spacing
 
 pytestmark = pytest.mark.long
 
@@ -66,7 +66,7 @@ def test_edges_are_those_of_the_chain():
 def test_coarse_noise_is_that_of_the_fine_cells():
     """Cells are joined with their variance, in any order, and before or after steps are (Chen's relation)."""
     source = Source(7, "cells", 0, 400)
-    coarse, fine = next(iter(brownian_steps(source, 2 * 31, 1.0, 3)))[0::3]
+    coarse, fine = next(iter(Brownian(source, 2 * 31, 1.0, 3).steps()))[0::3]
     sums = refinement.CellSums(8, 32)
 
     direct = sums(fine.dW)

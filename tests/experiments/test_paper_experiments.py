@@ -20,7 +20,7 @@ from facade import (
 from facade import laurent_2022_figure_1 as torus
 from facade import lindner_2017_multipliers as multipliers
 from facade import lindner_2017_roots as roots
-from sdaeverify_papers.picture import draw
+from sdaeverify_lab.papers.picture import draw
 
 pytestmark = pytest.mark.long
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from facade import SETS, Coefficients, EulerMaruyama, SchemeValue, StochasticTheta, gbm, problem
-from sdaeverify_papers.scheme_means import scheme_means
+from sdaeverify_lab.papers.scheme_means import scheme_means
 
 
 def whole_history(at, theta, steps, horizon):
@@ -66,6 +66,7 @@ def test_sheet():
     assert found.rate == pytest.approx(2.0 * -1.0 + c * c, rel=1e-9)
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(
     ("name", "rate"), [("II", 0.8049), ("III", -2.71), ("IV", -1.86), ("V", 0.72), ("VI", -1.10)]
 )

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from facade import Mesh
 from sdaeverify import Array, Increment
 from sdaeverify.forms.delay.mesh import Recall
-from sdaeverify.probing import Mesh
 
 EPS = np.finfo(float).eps
 NONE = Increment(np.zeros((1, 2)), None)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facade import Delayed, IndexOne, StochasticTheta
+from facade import Delayed, IndexOne, IndexOneTrees, StochasticTheta, partials
 from forms.refusing import refusal
 from sdaeverify import SDE, DelaySDAE, Increment, IndexOneSDAE, Partials
 
@@ -86,3 +86,33 @@ def test_schemes_call_it_in_the_variables_of_its_author():
     assert np.array_equal(problem.diffused(0.0, x, x, y, w), (x + y) * w)
     assert np.array_equal(problem.eliminated(0.0, x), problem.eliminated(0.0, x, x))
     assert np.array_equal(plain().eliminated(0.0, x), 0.5 * x)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e6, 1e12])
+def test_derivatives_are_checked_in_any_unit(unit):
+    """Right derivatives of a constraint that is 0 at a far start are accepted, those off by a thousandth are not."""
+    of_x = {"start": [2.0 * unit], "algebraic": [unit], "drift_partials": None}
+
+    def derivatives(factor):
+        return lambda t, x, y: (-factor * np.ones((1, 1, x.shape[-1])), 2.0 * np.ones((1, 1, x.shape[-1])))
+
+    assert plain(**of_x, constraint_partials=derivatives(1.0)).algebraic[0] == unit
+    wrong = refusal(plain, **of_x, constraint_partials=derivatives(1.001))
+    assert wrong.startswith("constraint_partials(t, x, v, y).x disagrees with a difference quotient")
+
+
+@pytest.mark.parametrize("additive", [True, False])
+def test_related_equations_have_the_derivatives_of_their_coefficients(additive):
+    """Equations that affine maps relate, near and far out, give the derivatives that complex steps find."""
+    trees = IndexOneTrees(IndexOneSDAE, additive=additive)
+    rng = np.random.default_rng(5)
+    for pair in (trees.relatives(2), *trees.distant(2)[:4]):
+        for problem in (pair.above, pair.below):
+            at = problem.initial(3)
+            x, y = (part + rng.standard_normal(part.shape) for part in (at.x, at.y))
+            for f, given in (
+                (problem.drift, problem.drift_partials),
+                (problem.constraint, problem.constraint_partials),
+            ):
+                found, expected = given(0.7, x, x, y), partials(f, 0.7, x, x, y)
+                assert all(np.allclose(*each, rtol=1e-10, atol=1e-10) for each in zip(found, expected, strict=True))

@@ -17,7 +17,7 @@ from sdaeverify import (
     Problem,
     Scheme,
 )
-from sdaeverify.testing.strategies import EXAMPLES
+from sdaeverify_hunt.strategies import EXAMPLES
 
 FORMS = (SDE, Langevin, IndexOneSDAE, DelaySDAE, HolonomicSDAE, ConstrainedLangevin)
 
@@ -42,6 +42,7 @@ def recorder(of: type[Problem]) -> Any:
     return Recorder()
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("form", [*FORMS, Circuit], ids=lambda form: form.__name__)
 def test_trivial_problems_members_and_trees_are_of_the_form(form: type[Problem]) -> None:
     """What is put to a scheme of a form in T0, as a member and for order conditions is an instance of the form."""
@@ -66,6 +67,7 @@ def test_trivial_problems_and_members_are_of_no_other_form(form: type[Problem]) 
         assert not any(problem.delay for problem in (*trivial, *members))
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: form.__name__)
 def test_problems_of_hunts_are_of_the_form(form: type[Problem]) -> None:
     """An example that a hunt draws of a form is of exactly this form."""

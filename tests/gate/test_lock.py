@@ -1,16 +1,31 @@
 """What is locked, and what is held against it."""
 
 import json
+import pickle
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from facade import Key, Locked, Policy, compare, found_claims, lock_text, outcomes, read_lock, write_lock
+from facade import (
+    CONDITIONS,
+    Key,
+    Locked,
+    Policy,
+    compare,
+    found_claims,
+    lock_text,
+    locked_tiers,
+    outcomes,
+    read_lock,
+    restrict,
+    undecided_claims,
+    write_lock,
+)
 from sdaeverify import Claim, UsageError
 from sdaeverify.measuring import Verdict
 
-from .conftest import SHARP, WEAKER, result
+from .conftest import SHARP, WEAKER, registered, result
 
 X, Y = Key("plain", "line", "sharp", "x"), Key("plain", "line", "sharp", "y")
 UNBIASED = Claim(measure="sharp", value="unbiased", bound=0.01, source="made up")
@@ -36,6 +51,13 @@ def test_what_is_locked():
     assert Locked.of(replace(wide, value="round-off")) == Locked(words="round-off")
 
 
+def test_claims_from_workers_are_written_as_claims_from_here():
+    """Values that are defaults are left out, though a claim from another process has copies of them."""
+    sent = pickle.loads(pickle.dumps(SHARP))
+
+    assert lock_text({"ci": {X: Locked.of(sent)}}) == lock_text({"ci": {X: Locked(order=1.0)}})
+
+
 def test_dropped_claim():
     """A claim that is locked and not found is a violation that names it."""
     violations, _ = held(BOTH, FOUND[0])
@@ -49,6 +71,24 @@ def test_a_claim_that_is_tested_on_another_problem():
     violations, _ = compare({key._replace(problem="curve"): Locked(order=1.0)}, outcomes(FOUND[:1], Policy()))
 
     assert violations == ("no longer tested: plain on curve, sharp x: order >= 1.0; tested on line now",)
+
+
+def test_undecided_claim_of_a_class():
+    """A claim about a class whose premise fails is tested like one that is inconclusive: a note, and no violation."""
+    undecided_row = result(Verdict.INCONCLUSIVE, quantity="order conditions", tier=CONDITIONS)
+    key = X._replace(quantity="order conditions")
+
+    undecided = undecided_claims([undecided_row])
+    gated = outcomes([undecided_row], Policy())
+
+    assert (gated, undecided) == ([], {key: Locked(order=1.0)})
+    why = "a premise of the order conditions fails"
+    assert compare({key: Locked(order=1.0)}, gated, undecided) == ((), (f"not decided: {key}: order >= 1.0: {why}",))
+    assert compare({key: Locked(order=1.5)}, gated, undecided)[0] == (
+        f"claim weakened: {key}: was order >= 1.5, is order >= 1.0",
+    )
+    assert compare({}, gated, undecided) == ((), ())
+    assert undecided_claims([undecided_row, *FOUND]) == undecided
 
 
 @pytest.mark.parametrize(
@@ -86,6 +126,50 @@ def test_new_claims():
 def test_cell_without_quantities(verdict):
     """A cell that could not be measured, or breaks the contract, fails by itself and is not missed as well."""
     assert held(BOTH, result(verdict, quantity=""))[0] == ()
+
+
+def test_a_quantity_that_could_not_be_measured_is_not_missed_as_well():
+    """It has an outcome of its own, without the claim, and other claims of the cell are missed."""
+    violations, _ = held(BOTH, result(Verdict.ERROR, quantity="x"))
+
+    assert violations == ("no longer tested: plain on line, sharp y: order >= 0.5",)
+
+
+@pytest.mark.parametrize(("found", "why"), [((), "no claim was tested"), ((Verdict.ERROR,), "not measured: 1")])
+def test_a_lock_file_is_not_written_without_what_it_locks(tmp_path, found, why):
+    """Claims that were locked before would be lost."""
+    policy = Policy(file=tmp_path / "pyproject.toml", lock="my.lock", tier="ci")
+
+    told = write_lock(policy, tuple(outcomes(map(result, found), policy)))
+
+    assert told == [f"the lock file {tmp_path / 'my.lock'} is not written: {why}"]
+    assert not (tmp_path / "my.lock").exists()
+
+
+def test_a_lock_file_that_a_policy_names_has_to_exist(tmp_path):
+    """The default file need not; a folder in its place is told in the words of the system."""
+    default, named = (Policy(file=tmp_path / "pyproject.toml", lock=lock) for lock in ("", "my.lock"))
+
+    assert locked_tiers(default) is None
+    with pytest.raises(UsageError, match=r"there is no lock file .*, though the policy names it"):
+        locked_tiers(named)
+    for policy in (default, named):
+        policy.lock_file.write_text(lock_text({"ci": BOTH}))
+        assert locked_tiers(policy) == {"ci": BOTH}
+    named.lock_file.unlink()
+    named.lock_file.mkdir()
+    with pytest.raises(UsageError, match=r"cannot read the lock file .*: Is a directory"):
+        locked_tiers(named)
+
+
+def test_a_narrowed_gate_has_to_find_the_claims_of_its_selection():
+    """Scheme, problem and measure are selected; a gate that is not narrowed has to find all claims."""
+    policy = Policy(schemes=("plain",), problems=("line",), measures=("sharp",))
+    others = [X._replace(**{kind: name}) for kind, name in (("scheme", "fussy"), ("problem", "added"))]
+    locked = dict.fromkeys([X, Y, *others, X._replace(measure="blunt")], Locked(order=1.0))
+
+    assert restrict(locked, registered(), policy, narrowed=False) == locked
+    assert [*restrict(locked, registered(), policy, narrowed=True)] == [X, Y]
 
 
 def test_what_breaks_a_contract_stays_locked(tmp_path):

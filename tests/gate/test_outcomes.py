@@ -5,10 +5,10 @@ from math import inf, nan
 
 import pytest
 
-from facade import ExitCode, FailingClaim, Policy, Status, code_of_gate, idle, outcomes
+from facade import ExitCode, FailingClaim, Policy, Status, code_of_gate, idle, outcomes, why_never
 from sdaeverify.measuring import Verdict
 
-from .conftest import Fussy, problem, result
+from .conftest import Fussy, problem, registered, result
 
 ANY = (FailingClaim(reason="known"),)
 LAX = (FailingClaim(reason="known", strict=False),)
@@ -76,6 +76,40 @@ def test_idle_expectations():
     policy = Policy(expected_failures=entries)
 
     assert idle(outcomes([result(Verdict.REFUTED)], policy), policy) == [entries[1]]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "why"),
+    [
+        ({}, ""),
+        ({"scheme": "plain"}, ""),
+        ({"scheme": "plain[kind=other]"}, ""),
+        ({"scheme": "pl*[kind=oth?r]"}, ""),
+        ({"scheme": "plain[kind=*]"}, ""),
+        ({"scheme": "plain[kind=plain]"}, "the label of plain[kind=plain] is written plain"),
+        ({"scheme": "plain[size=2]"}, "scheme 'plain' has no parameter 'size'"),
+        ({"scheme": "plane"}, "no scheme is named plane; did you mean plain?"),
+        ({"problem": "lines"}, "no problem is named lines; did you mean line?"),
+        ({"measure": "sharpness"}, "no measure is named sharpness"),
+    ],
+)
+def test_an_expected_failure_that_can_never_match(pattern, why):
+    """A label without wildcards is one that its entry makes; one with wildcards needs a name that exists."""
+    found = why_never(FailingClaim(reason="known", **pattern), registered(), ())
+
+    assert found.startswith(why)
+    assert bool(found) is bool(why)
+
+
+def test_an_expected_failure_may_name_what_is_planned_alone():
+    """The schemes of a plan need not be registered."""
+    cell = result(Verdict.REFUTED, scheme=Fussy("own")).cell
+    own, other = (FailingClaim(reason="known", scheme=label) for label in ("fussy[kind=own]", "fussy[kind=others]"))
+    none = registered(schemes=())
+
+    assert why_never(own, none, [cell]) == ""
+    assert why_never(own, none, ()).startswith("no scheme is named fussy")
+    assert why_never(other, none, [cell]) == ""
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from facade import Policy, class_cells, gate_plan, load_registry, read_lock
 LOCK = Path(__file__).parents[2] / "sdaeverify.lock"
 
 
-@pytest.mark.parametrize("tier", ["smoke", "ci"])
+@pytest.mark.parametrize("tier", ["smoke", pytest.param("ci", marks=pytest.mark.long)])
 def test_every_claimed_cell_is_locked(tier):
     """The cells of the lock file are those that a gate runs: a claim that is added or dropped changes the file."""
     plan = gate_plan(load_registry(environ={}), Policy(distribution="sdaeverify", tier=tier))

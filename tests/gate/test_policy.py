@@ -101,7 +101,7 @@ def test_undecided(tier, text, fails):
     ("text", "message"),
     [
         ("[tool]\nsdaeverify = 'x'", r"expected a table \[sdaeverify\], got 'x'"),
-        ("[tool.sdaeverify]\nscheme = ['x']", "unknown field `scheme`; did you mean schemes"),
+        ("[tool.sdaeverify]\nscheme = ['x']", r"sdaeverify\]: unknown field `scheme`; did you mean schemes"),
         ("[tool.sdaeverify]\nschemes = 'x'", "schemes: Expected `array`, got `str`"),
         ("[tool.sdaeverify]\nmeasures = ['']", r"measures\[0\]: Expected `str` of length >= 1"),
         ("[tool.sdaeverify]\nalpha = '1%'", "alpha: Expected `float`, got `str`"),

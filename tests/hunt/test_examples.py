@@ -12,17 +12,17 @@ from hypothesis import strategies as st
 from facade import load_file, load_registry, select_problems
 from sdaeverify import DelaySDAE
 from sdaeverify.errors import PluginError
-from sdaeverify.testing import strategies
-from sdaeverify.testing.strategies import EXAMPLES, Term, sdes, shipped
-from sdaeverify.testing.strategies.holonomic import EPS
-from sdaeverify.testing.strategies.terms import COS
+from sdaeverify_hunt import strategies
+from sdaeverify_hunt.strategies import EXAMPLES, STATIONARY, Term, sdes, shipped
+from sdaeverify_hunt.strategies.holonomic import EPS
+from sdaeverify_hunt.strategies.terms import COS
 
 pytestmark = pytest.mark.long
 
 FEW = settings(
     max_examples=25, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True
 )
-DRAWN = st.one_of(*(drawing.strategy() for drawing in EXAMPLES.values()))
+DRAWN = st.one_of(*(drawing.strategy() for drawing in (EXAMPLES | STATIONARY).values()))
 STEP = 1e-6
 
 
@@ -51,6 +51,24 @@ def test_overdamped_examples_are_families(example):
 
     assert (one.eps, other.eps) == (example.eps, 0.25)
     np.testing.assert_array_equal(one.drift(one.initial(3)), other.drift(one.initial(3)))
+
+
+@FEW
+@given(strategies.gradients())
+def test_the_means_of_a_gradient_example_are_those_of_its_density(example):
+    """The density exp((2/sigma^2) int f) has the declared means, by another quadrature of the drift."""
+    problem = example.build()
+    x = np.linspace(-16.0, 16.0, 40001)
+    f = problem.drift(0.0, x[None])[0]
+    exponent = 2.0 / example.strength**2 * np.concatenate([[0.0], np.cumsum(0.5 * (f[1:] + f[:-1]) * np.diff(x))])
+    weights = np.exp(exponent - exponent.max())
+    wanted = {"x": x, "x^2": x**2, "cos x": np.cos(x)}
+
+    for truth in problem.truths:
+        mean = weights @ wanted[truth.observable] / weights.sum()
+        # The trapezoidal rule is off by (dx)^2/12 of the curvature.
+        assert truth.value == pytest.approx(mean, abs=1e-5)
+        assert problem.observables[truth.observable](0.0, {"x": x[None, :3]}).shape == (3,)
 
 
 def test_a_term_is_written_as_python():

@@ -1,14 +1,15 @@
 """A nightly gate with a hunt in its policy."""
 
 import json
-import sys
+from types import SimpleNamespace
 
 import pytest
 
 import sdaeverify
 from facade import Policy, execute, load_registry
-from sdaeverify.cli import gating
-from sdaeverify.gate.gated import Hunted
+from sdaeverify.errors import PluginError
+from sdaeverify.gate import hunted
+from sdaeverify.gate.hunted import Hunted
 
 POLICY = """[tool.sdaeverify]
 schemes = ["{scheme}"]
@@ -61,8 +62,26 @@ def test_a_hunt_leaves_the_gate_of_a_right_scheme_green(tmp_path, capsys):
 
 
 def test_a_gate_does_without_the_hunt(monkeypatch, tmp_path):
-    """Where an installation has left it out, the report says so, and nothing is red for it."""
-    monkeypatch.setitem(sys.modules, "sdaeverify.testing.hunting.hunt", None)
-    found = gating._hunt(load_registry(environ={}), Policy(hunt="10 s"), tmp_path)
+    """Where an installation has left it out or disabled it, the report says so, and nothing is red for it."""
+    monkeypatch.setattr(hunted, "enabled_entry_points", lambda group: [])
+    found = hunted.search(load_registry(environ={}), Policy(tier="nightly", hunt="10 s"), tmp_path)
 
     assert found == Hunted(notes=("hunt of 10 s: this installation has no hunt",))
+
+
+def test_a_disabled_hunt_is_not_called(monkeypatch, tmp_path):
+    """The name of its entry point is one that the environment can disable."""
+    monkeypatch.setenv("SDAEVERIFY_DISABLED_PLUGINS", "hunt")
+    found = hunted.search(load_registry(environ={}), Policy(tier="nightly", hunt="10 s"), tmp_path)
+
+    assert found.notes == ("hunt of 10 s: this installation has no hunt",)
+
+
+@pytest.mark.parametrize("answer", [3, {"notes": [1]}, {"attacks": [{"scheme": "a"}]}])
+def test_a_hunt_that_answers_otherwise_is_broken(monkeypatch, tmp_path, answer):
+    """What a plugin returns is read as the report of a gate, and costs one line where it is not."""
+    odd = SimpleNamespace(name="odd", value="odd:hunt", dist=None, load=lambda: lambda schemes, **asked: answer)
+    monkeypatch.setattr(hunted, "enabled_entry_points", lambda group: [odd])
+    policy = Policy(tier="nightly", hunt="10 s", schemes=("milstein",))
+    with pytest.raises(PluginError, match="the hunt of plugin odd"):
+        hunted.search(load_registry(environ={}), policy, tmp_path)

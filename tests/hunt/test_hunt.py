@@ -9,11 +9,11 @@ import pytest
 
 import sdaeverify
 from facade import EulerMaruyama, execute, linear_test, load_registry, select_measures
-from hunt.wrong_schemes import WRONG, LaterSecondStage, OwnSigns
-from sdaeverify import UsageError, hunt
-from sdaeverify.testing.hunting import sight
-from sdaeverify.testing.hunting.pilot import place
-from sdaeverify.testing.strategies import SDEExample, Term
+from hunt.wrong_schemes import WRONG, LaterSecondStage, MalaOfAnotherProposal, OwnSigns
+from sdaeverify import UsageError
+from sdaeverify_hunt import hunt, observation
+from sdaeverify_hunt.pilot import place
+from sdaeverify_hunt.strategies import SDEExample, Term
 
 pytestmark = pytest.mark.long
 
@@ -27,6 +27,7 @@ RIGHT = (
 )
 
 
+@pytest.mark.slow
 def test_a_wrong_time_of_a_stage_is_found():
     """A stage of SRI1W1 that is late is found, shrunk to few terms, and confirmed by a run."""
     (attack,) = hunt(LaterSecondStage(), examples=40, **FAST).found
@@ -48,6 +49,26 @@ def test_nothing_is_found_of_a_right_scheme():
     assert "nothing found in 8 examples" in attack.outcome
     assert "below the claim by 0.1" in attack.outcome
     assert "SDE" in repr(report)
+
+
+def test_a_wrong_acceptance_is_found():
+    """One of the first examples with a known invariant law refutes it."""
+    (attack,) = hunt(MalaOfAnotherProposal(), measures="invariant", examples=5, shrinking=1.0).found
+
+    assert attack.form == "gradient"
+    assert attack.confirmed
+    # On dx = -x dt + dW, a first example, several mistakes have the same acceptances, and none is named.
+    assert "detailed balance fails for 320 of 320 pairs of states" in attack.reason
+
+
+@pytest.mark.slow
+def test_a_right_acceptance_is_verified():
+    """Detailed balance verifies each example without a chain; orders of other schemes have no such examples."""
+    (attack,) = hunt("mala", measures="invariant", examples=4).attacks
+    (other,) = hunt("euler-maruyama", measures="invariant", examples=1).attacks
+
+    assert (attack.form, attack.looked_at, attack.verified) == ("gradient", 4, 4)
+    assert (other.form, other.looked_at) == ("SDE", 0)
 
 
 def test_claims_without_an_example_are_named():
@@ -87,7 +108,7 @@ def told_by(report):
 def test_a_hunt_that_is_interrupted_goes_on_to_the_same_end(tmp_path, monkeypatch):
     """What was looked at before an interruption is not looked at again, and the report is that of one hunt."""
     asked = {"examples": 4, "seed": 2} | FAST
-    monkeypatch.setattr("sdaeverify.testing.hunting.campaign.SIZE", 2)
+    monkeypatch.setattr("sdaeverify_hunt.campaign.SIZE", 2)
     whole = hunt("euler-maruyama", **asked)
     with pytest.raises(Interrupted, match="2 examples"):
         hunt("euler-maruyama", **asked, database=tmp_path, tell=interrupting())
@@ -101,7 +122,7 @@ def test_a_hunt_that_is_interrupted_goes_on_to_the_same_end(tmp_path, monkeypatc
 def test_a_hunt_is_the_same_on_any_workers(monkeypatch):
     """Shares that two threads look at side by side count as those of one process do."""
     asked = {"examples": 4, "seed": 2} | FAST
-    monkeypatch.setattr("sdaeverify.testing.hunting.campaign.SIZE", 2)
+    monkeypatch.setattr("sdaeverify_hunt.campaign.SIZE", 2)
     with ThreadPoolExecutor(2) as threads:
         shared = hunt("euler-maruyama", **asked, executor=threads, jobs=2)
 
@@ -135,12 +156,15 @@ def test_an_example_can_begin_where_a_scheme_is_later():
 @pytest.mark.parametrize(("verdict", "counts"), [("error", False), ("not_run", False), ("inconclusive", True)])
 def test_an_example_on_which_a_scheme_raises_is_not_looked_at(monkeypatch, verdict, counts):
     """Where a measure of paths is in error, an example does not count as one that left the claim open."""
-    scheme, (measure,) = EulerMaruyama(), select_measures(load_registry([]), "stability")
+    scheme, registry = EulerMaruyama(), load_registry([])
+    (measure,) = select_measures(registry, "stability")
     row = {"scheme": scheme.label, "claim": "conditional", "verdict": verdict, "reason": ""}
     table = pd.DataFrame([row | {"claimed_order": np.nan, "path_order": np.nan}])
-    monkeypatch.setattr(sight, "verify", lambda *_, **__: SimpleNamespace(verdicts=table))
+    monkeypatch.setattr(observation, "verify", lambda *_, **__: SimpleNamespace(verdicts=table))
 
-    assert (sight.look(sight.Target(scheme, measure, "SDE"), linear_test) is not None) is counts
+    assert (
+        observation.observe(observation.Target(scheme, measure, "SDE", registry.followed), linear_test) is not None
+    ) is counts
 
 
 def test_examples_have_the_traits_that_are_asked_for():
@@ -153,7 +177,7 @@ def test_examples_have_the_traits_that_are_asked_for():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"forms": ["Ode"]}, "unknown form Ode"),
+        ({"forms": ["Ode"]}, "registered: unknown form 'Ode'; did you mean SDE"),
         ({"examples": 0}, "examples must be at least 1"),
         ({"minutes": -1.0}, "minutes must be positive"),
         ({"nonsense": 1}, "unknown option nonsense"),
@@ -199,6 +223,14 @@ def test_the_command_writes_a_plugin_and_a_test(tmp_path, capsys):
     assert (rows.verdict == "refuted").any()
     rows = sdaeverify.verify("sri1w1", "counterexample", "strong", plugins=[found]).verdicts
     assert not (rows.verdict == "refuted").any()
+
+    kept = tmp_path / "kept"
+    assert execute(["hunt", *chosen, "--plugin", str(scheme), "--out", str(kept), "--progress", "none"]) == 1
+    rows = sdaeverify.load(kept).verdicts
+    refuted = rows[rows.verdict == "refuted"]
+    assert [*refuted.problem] == ["random-problem"]
+    assert refuted.reason.str.contains("confirmed by a run").all()
+    assert (kept / "counterexample.py").read_text() == found.read_text()
 
 
 def test_the_command_says_that_nothing_was_found(capsys):

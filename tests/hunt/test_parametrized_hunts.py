@@ -4,7 +4,7 @@ import pytest
 
 from facade import EulerMaruyama
 from sdaeverify import Step, UsageError
-from sdaeverify.testing import parametrize_with_hunts
+from sdaeverify_hunt import parametrize_with_hunts
 
 FAST = {"measures": "strong", "forms": ["SDE"], "shrinking": 1.0}
 

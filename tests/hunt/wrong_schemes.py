@@ -8,6 +8,7 @@ import numpy as np
 
 from sdaeverify import SDE, THREE_POINT, Array, Claim, Increment, Law, Scheme, Step
 from sdaeverify.numerics import apply
+from sdaeverify_schemes.mala import MALA, density_ratio, log_ratio
 from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General
 from sdaeverify_schemes.sri1w1 import SRI1W1, own_noise
 
@@ -21,6 +22,20 @@ class Altered:
 
     def __getattr__(self, name: str) -> Any:
         return self.others.get(name) or getattr(self.problem, name)
+
+
+class MalaOfAnotherProposal(MALA):
+    """MALA whose acceptance has the densities of proposals of twice the variance."""
+
+    name: ClassVar[str] = "mala-of-another-proposal"
+
+    def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        x = state
+        y = x + h * problem.drift(t, x) + problem.diffused(t, x, noise.dW)
+        density = density_ratio(problem, t, x, y)
+        ratio = density + 0.5 * (log_ratio(problem, t, h, x, y) - density)
+        return Step(np.where(np.log(noise.uniform(h)) < ratio, y, x))
 
 
 class DriftStageAtOldTime(PlatenWeak2General):

@@ -12,7 +12,7 @@ from sdaeverify.measures.invariant.bias import bias_of_chains, bias_of_operator
 from sdaeverify.measuring import Evidence, PathTests, Reason, Verdict
 from sdaeverify.numerics import GROUPS
 from sdaeverify.probing import why_not_operator
-from sdaeverify_planted.mechanics import AcceptsAll
+from sdaeverify_lab.planted.mechanics import AcceptsAll
 from stationary_cells import Shaken, euler_variance
 
 H = 0.25 / 2.0 ** np.arange(4)
@@ -111,6 +111,7 @@ def test_the_bias_of_euler_on_ou_is_told_from_the_bound(share, verdict):
     assert invariant(Within(share * most))["x^2"] == verdict
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("scheme", [MALA(), Shaken()])
 def test_mala_is_verified_by_detailed_balance_and_by_chains(scheme):
     """With the proposal's density the means are right at all step sizes."""
@@ -188,6 +189,7 @@ class HalfDrift(Scheme):
         return Step(state + h * drift + problem.diffused(t, state, noise.dW))
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(("bound", "verdict"), [(1e6, "inconclusive"), (0.9, "inconclusive"), (0.2, "refuted")])
 def test_a_bound_that_is_no_less_than_the_observable_verifies_nothing(bound, verdict):
     """The spread of x^2 is 0.84 on ou: a bound beyond it is no claim, and one below it is tested."""

@@ -69,6 +69,7 @@ CELLS = {
 }
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.long
 @pytest.mark.parametrize("why", CELLS)
 def test_steps_that_are_too_coarse_refute_nothing(why):

@@ -9,7 +9,7 @@ def test_a_gap_names_the_traits_that_the_problem_lacks():
     rows = verify([ConstrainedEuler()], [affine_constraint], "strong", paths=100, levels=3).verdicts
 
     assert set(rows.verdict) == {"out_of_scope"}
-    gap = "No claim about x here: the claims of the scheme need the trait constrained, which this problem lacks."
+    gap = "No claim about x here: claims of the scheme need the trait constrained, which this problem lacks."
     assert rows.reason[0] == gap
 
 

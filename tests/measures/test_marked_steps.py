@@ -39,6 +39,7 @@ def found(scheme, measure):
     return list(zip(verdicts["verdict"], verdicts["reason"], strict=True))
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.long
 @pytest.mark.parametrize("mark", ["truncated", "failed"])
 @pytest.mark.parametrize("measure", ["strong", "weak", "invariant"])
@@ -52,7 +53,9 @@ def test_marks_on_every_step_leave_a_claim_open_and_the_reason_says_that_no_orde
         assert "no order can be observed" in reason
 
 
-@pytest.mark.parametrize("measure", ["strong", "weak", "invariant"])
+@pytest.mark.parametrize(
+    "measure", ["strong", *(pytest.param(name, marks=pytest.mark.long) for name in ("weak", "invariant"))]
+)
 def test_without_marks_the_right_step_is_verified_and_a_wrong_drift_refuted(measure):
     """What is marked alone decides whether an order is seen."""
     assert {verdict for verdict, _ in found(MarkedEuler(), measure)} >= {"verified"}

@@ -49,7 +49,7 @@ RIGHT, WRONG = "trapezoidal", "trapezoidal[euler=true]"
 
 @pytest.mark.parametrize(
     ("problem", "right"),
-    [(rippled, {"verified"}), pytest.param(rippled_chains, {"verified", "inconclusive"}, marks=pytest.mark.long)],
+    [(rippled, {"verified"}), pytest.param(rippled_chains, {"verified", "inconclusive"}, marks=pytest.mark.slow)],
 )
 def test_a_law_without_known_means(problem, right):
     """By the identity alone a scheme of order 2 is verified, or open by chains, and one of order 1 is refuted."""

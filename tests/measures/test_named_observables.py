@@ -129,6 +129,7 @@ ROUGH = {
 }
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("claim", [naming(), naming("jump", "kink", "smooth")])
 def test_one_step_says_nothing_of_an_observable_that_is_not_smooth(claim):
     """A bounded scheme has order 1/2 for a jump, and its law on a lattice tells it; at a kink more is left open."""

@@ -107,6 +107,7 @@ def findings(scheme, family, settings=None):
     return made.results()[0].findings
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("scheme", "family"),
@@ -125,7 +126,16 @@ def test_a_wrong_coefficient_is_not_verified_by_paths(scheme, family):
     assert Verdict.VERIFIED not in {found.verdict for found in findings(scheme, family)}
 
 
-@pytest.mark.parametrize(("scheme", "family"), [(Deaf(), gbm), (Deaf(), growing_volatility), (OneAndAHalf(), ou)])
+@pytest.mark.parametrize(
+    ("scheme", "family"),
+    [
+        (Deaf(), gbm),
+        *(
+            pytest.param(*each, marks=pytest.mark.long)
+            for each in ((Deaf(), growing_volatility), (OneAndAHalf(), ou))
+        ),
+    ],
+)
 def test_a_right_coefficient_is_verified_by_paths(scheme, family):
     """The share of a term of half an order less is below a tenth, and is shown."""
     for found in findings(scheme, family):

@@ -41,6 +41,7 @@ def verdicts(scheme, problem):
     return {found.quantity: found.verdict for found in Invariant().judge(evidence).findings}
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("problem", "strip"),
@@ -62,6 +63,7 @@ def test_an_order_that_falls_is_not_verified(problem, strip):
     assert Verdict.VERIFIED not in verdicts(HeunInStrip(**strip), problem()).values()
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.long
 @pytest.mark.parametrize("problem", [double_well, ou, stationary_cells.double_well])
 def test_an_order_that_stays_is_verified(problem):

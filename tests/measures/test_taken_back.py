@@ -68,6 +68,7 @@ def test_the_weak_measure_hears_that_errors_are_taken_back(problem):
     assert found(Undeclared(), problem)[0] == {"refuted"}
 
 
+@pytest.mark.long
 def test_wrong_schemes_are_refuted_whatever_they_say():
     """A wrong variance is found by the law of short steps, a wrong order by moments and by paths."""
     for wrong in (InTurns(noise_size=1.1), OneKind()):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from numerics.random_blocks import banded, dense
-from sdaeverify.numerics import identity
+from sdaeverify.numerics import BlockBanded
 
 CASES = [(1, 1, 2), (2, 2, 1), (3, 1, 1), (7, 2, 1)]
 P = 4
@@ -36,5 +36,5 @@ def test_the_identity_changes_nothing():
     """The identity is that of all products."""
     A = banded((5, 3, 3), 1, 1)
 
-    assert np.array_equal(dense(identity(5, 3) @ A), dense(A))
-    assert np.array_equal(dense(identity(5, 3))[..., 0], np.eye(15))
+    assert np.array_equal(dense(BlockBanded.identity(5, 3) @ A), dense(A))
+    assert np.array_equal(dense(BlockBanded.identity(5, 3))[..., 0], np.eye(15))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sdaeverify.numerics import eliminated
+from facade import eliminated
 
 EPS = float(np.finfo(float).eps)
 

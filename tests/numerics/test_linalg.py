@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from facade import all_finite
 from sdaeverify.numerics import (
-    all_finite,
     apply,
     apply_transposed,
     determinant,

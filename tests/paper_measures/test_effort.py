@@ -32,6 +32,7 @@ def test_newton_takes_three_to_four_iterations_on_a_sphere():
     assert 2.5 < found.low <= found.estimate < 4.5
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(("problem", "most"), [(AFFINE, 2), (exponential_strip(), 6)])
 def test_newton_is_bounded_for_every_eps(problem, most):
     """No step takes more iterations, and the mean does not grow as eps tends to 0."""

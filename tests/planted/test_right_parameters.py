@@ -6,11 +6,11 @@ import pytest
 from facade import HalfExplicitEuler, WrongVariance, flatten, load_registry, select_problems
 from sdaeverify import Increment
 from sdaeverify.probing import OneStep, cloud
-from sdaeverify_planted._within import ScaledEuler
-from sdaeverify_planted.coefficients import AlmostHalf, WrongStages, WrongTimes
-from sdaeverify_planted.higher_orders import OtherArea, ScaledCorrection, WrongSupport
-from sdaeverify_planted.mechanics import WithoutCoriolis, WrongBAOAB, WrongHalfExplicit, WrongImplicitEuler
-from sdaeverify_planted.projections import WrongFixman
+from sdaeverify_lab.planted._within import ScaledEuler
+from sdaeverify_lab.planted.coefficients import AlmostHalf, WrongStages, WrongTimes
+from sdaeverify_lab.planted.higher_orders import OtherArea, ScaledCorrection, WrongSupport
+from sdaeverify_lab.planted.mechanics import WithoutCoriolis, WrongBAOAB, WrongHalfExplicit, WrongImplicitEuler
+from sdaeverify_lab.planted.projections import WrongFixman
 
 H, T = 2.0**-5, 0.25
 RIGHT = [

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from facade import LinearDelayStep, Operator, arguments
-from sdaeverify.probing import Mesh
+from facade import LinearDelayStep, Mesh, Operator, arguments
 
 
 def queue_operator(step: LinearDelayStep, mesh: Mesh) -> Operator:

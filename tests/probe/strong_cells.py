@@ -7,8 +7,17 @@ from typing import Any, ClassVar
 import numpy as np
 
 from cells import Formula, Rule
-from sdaeverify import SDE, Array, HolonomicSDAE, HolonomicState, Increment, Scheme, Step
+from facade import StrongOrder, consistency, local_strong, remove_delay, strong_orders, with_consistency
+from sdaeverify import SDE, Array, HolonomicSDAE, HolonomicState, Increment, Problem, Scheme, Step
 from sdaeverify.numerics import apply
+
+
+def probed(scheme: Scheme, view: Problem, *, shortest: bool = False, links: int = 2) -> tuple[StrongOrder, ...]:
+    """Return the strong orders of one step, with its deviation from the equation."""
+    pair = remove_delay(scheme, view, links)
+    fine = local_strong(*pair, shortest=True) if shortest else None
+    names = tuple(pair[1].equation().names or "x")
+    return with_consistency(strong_orders(local_strong(*pair), fine), consistency(*pair), names)
 
 
 class WithAreas(Formula):

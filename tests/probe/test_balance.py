@@ -19,7 +19,8 @@ class Metropolis(Scheme):
 
     r has the weights ``density`` of log rho(y) - log rho(x), ``shift`` and ``square`` of the two parts of
     log q(y, x) - log q(x, y). With `flaw` it takes each proposal (``all``), decides from 1 - u (``upper``), moves a
-    rejected state (``moved``), or accepts 1 per cent too often from states beyond 1 (``far``).
+    rejected state (``moved``), accepts 1 per cent too often from states beyond 1 (``far``), or each proposal beyond
+    2.5 standard deviations (``rare``).
     """
 
     density: float = 1.0
@@ -51,6 +52,8 @@ class Metropolis(Scheme):
         accepted = np.log(1.0 - u if self.flaw == "upper" else u) < ratio
         if self.flaw == "all":
             accepted = np.ones_like(accepted)
+        if self.flaw == "rare":
+            accepted = accepted | (np.abs(noise.dW) > 2.5 * np.sqrt(h)).any(axis=0)
         return Step(np.where(accepted, y, x + 1e-3 if self.flaw == "moved" else x))
 
 
@@ -79,16 +82,20 @@ def wells(dimension: int = 1) -> SDE:
     )
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("dimension", [1, 3])
 @pytest.mark.parametrize("flaw", ["", "upper"])
 def test_detailed_balance_holds_to_rounding(dimension: int, flaw: str) -> None:
     """Both sides of the Metropolis-adjusted Langevin algorithm are equal to rounding at all pairs."""
     found = balance(Metropolis(flaw=flaw), wells(dimension), SIZES)
+    # An acceptance near 0 is known to rounding errors of numbers near 1.
+    known = found.seen & (np.minimum(found.forth, found.back) > 1e-6)
     assert found.seen.mean() > 0.9
-    assert np.abs(found.defect[found.seen]).max() < 1e-9
+    assert np.abs(found.defect[known]).max() < 1e-9
     assert found.holds
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(
     ("scheme", "words"),
     [
@@ -112,6 +119,12 @@ def test_a_wrong_acceptance_is_named(scheme: Metropolis, words: str) -> None:
     assert say_imbalance(found).endswith(words)
 
 
+@pytest.mark.parametrize("dimension", [1, 3])
+def test_proposals_that_are_rare_are_looked_at(dimension: int) -> None:
+    """One of 80 proposals of one component is beyond 2.5 standard deviations, and each of these is accepted."""
+    assert not balance(Metropolis(flaw="rare"), wells(dimension), SIZES).holds
+
+
 def test_a_step_that_does_not_stay_is_not_probed() -> None:
     """A rejected state that moves is another proposal: nothing is said."""
     assert balance(Metropolis(flaw="moved"), wells(), SIZES) is None
@@ -128,7 +141,11 @@ def test_without_a_density_nothing_is_probed() -> None:
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("scheme", "verdict"),
-    [(Metropolis(), "verified"), (Metropolis(1.0, 0.0, 0.0), "refuted"), (Metropolis(flaw="all"), "refuted")],
+    [
+        (Metropolis(), "verified"),
+        (Metropolis(1.0, 0.0, 0.0), "refuted"),
+        pytest.param(Metropolis(flaw="all"), "refuted", marks=pytest.mark.slow),
+    ],
 )
 def test_balance_decides_what_is_unbiased(scheme: Metropolis, verdict: str) -> None:
     """Detailed balance verifies; where it fails chains refute, and the reason has the mistake."""

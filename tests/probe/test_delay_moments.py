@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from facade import RunMoments, Start, run_moments
+from facade import Mesh, RunMoments, Start, run_moments
 from probe.delay_queue import queue_operator
 from probe.theta_cells import MESHES, SETS, Linear, random_step, walked
-from sdaeverify.probing import Mesh
 
 
 def from_history(cell: Linear, theta: float, h: float, steps: int) -> RunMoments:

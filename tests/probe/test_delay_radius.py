@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from facade import LinearDelayStep, radius, spectral_radius
+from facade import LinearDelayStep, Mesh, radius, spectral_radius
 from probe.delay_queue import queue_operator
 from probe.theta_cells import MESHES, SETS, Linear, is_stable, random_step
-from sdaeverify.probing import Mesh
 
 
 def found(cell: Linear, theta: float, h: float) -> float:
@@ -47,6 +46,7 @@ def test_without_delay_the_radius_has_a_closed_form(c: float, h: float) -> None:
     assert found(undelayed, 0.3, h) == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("name", SETS)
 @pytest.mark.parametrize("shift", [0.0, 0.4])
 def test_growth_per_step_tends_to_that_of_the_equation(name: str, shift: float) -> None:

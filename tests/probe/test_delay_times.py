@@ -19,21 +19,20 @@ from facade import (
     judge_weak,
     keeps_constraint,
     least_order,
-    local_strong,
     local_weak,
     moment_orders,
     probe_weak,
     remove_delay,
-    strong_orders,
     weak_order,
     why_not_delay_moments,
     why_not_delay_stability,
     why_not_lasting_run,
     why_not_lasting_step,
 )
+from probe.strong_cells import probed
 from sdaeverify import DelaySDAE, DelayState, Increment, Problem, Scheme, Settings, Step
 from sdaeverify.measuring import Verdict
-from sdaeverify_planted.delays import LateLag
+from sdaeverify_lab.planted.delays import LateLag
 
 STEPS = (8, 16, 32, 64, 128)
 
@@ -62,7 +61,7 @@ def test_a_lag_that_is_lost_late_is_refuted() -> None:
     wrong, problem = LateLag(since=3.5), delay_test("II", horizon=4.0)
     pair = remove_delay(wrong, problem)
 
-    assert judge_strong(strong_orders(local_strong(*pair))[0], 0.5).verdict is Verdict.REFUTED
+    assert judge_strong(probed(wrong, problem)[0], 0.5).verdict is Verdict.REFUTED
     assert judge_weak(weak_order(local_weak(*pair)), 1.0).verdict is Verdict.REFUTED
 
 
@@ -72,11 +71,12 @@ def test_each_interval_is_judged_by_its_own_steps() -> None:
     wrong, problem = LateLag(), delay_test("II", horizon=4.0)
     spans = (FIRST, SECOND, WHOLE)
     pairs = (remove_delay(wrong, problem, span.links, span.until) for span in spans)
-    orders = [strong_orders(local_strong(*pair))[0] for pair in pairs]
+    orders = [probed(*pair)[0] for pair in pairs]
 
     assert [judge_strong(order, 0.5).verdict.value for order in orders] == ["verified", "verified", "refuted"]
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(
     ("scheme", "problem"), [(KnowsHistory(), delay_test("II")), (KnowsHistory(), delay_linear())]
 )

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from facade import affine_constraint, functional_orders, least_order, order_of, widen
-from sdaeverify.probing import TransitionErrors, error_floors, why_not_evidence
+from facade import TransitionErrors, affine_constraint, functional_orders, least_order, order_of, widen
 
 H = 2.0 ** -np.arange(3, 9)
 
@@ -146,7 +145,7 @@ def test_accidents_do_not_count_for_the_least_order():
 def test_failed_and_truncated_steps_raise_the_floor():
     """What they can change is their expected number times the size of the observable."""
     few = 1e-6 * np.array([4.0, 1.0, 0.0, 0.0, 0.0, 0.0])
-    floors = error_floors(record(H, failed=few, truncated=2.0 * few))
+    floors = record(H, failed=few, truncated=2.0 * few).floors
     assert floors[:2, 0] == pytest.approx([12e-6 / H[0], 3e-6 / H[1]], rel=1e-6)
     assert floors[2:].max() < 1e-10
 
@@ -154,7 +153,7 @@ def test_failed_and_truncated_steps_raise_the_floor():
 def test_a_floor_is_no_lower_than_at_the_next_step_sizes():
     """Two bases that agree by chance at one step size do not make its error known."""
     resolution = np.array([1e-3, 0.0, 1e-4, 0.0, 1e-5, 0.0])[:, None]
-    floors = error_floors(record(H)._replace(resolution=resolution))
+    floors = record(H)._replace(resolution=resolution).floors
     rounding = 64.0 * np.finfo(float).eps / H
     assert floors[:, 0] == pytest.approx(rounding + np.array([1e-3, 1e-4, 1e-4, 1e-5, 1e-5, 0.0]), rel=1e-12)
 
@@ -168,8 +167,8 @@ def test_numbers_that_are_not_finite_leave_coarse_steps_out():
 
 def test_leaving_the_chart_is_an_obstacle():
     """Means are those of other states then."""
-    assert "leaves the chart, by 0.01" in why_not_evidence(record(H, departure=1e-2 * (np.arange(len(H)) == 1)))
-    assert not why_not_evidence(record(H, departure=np.full(len(H), 1e-15)))
+    assert "leaves the chart, by 0.01" in record(H, departure=1e-2 * (np.arange(len(H)) == 1)).why_not_evidence
+    assert not record(H, departure=np.full(len(H), 1e-15)).why_not_evidence
 
 
 def _with_resolution(given, columns):

@@ -38,6 +38,7 @@ def component(rate, step, start, h, count):
     return squares.sum() + start**2 * (m**count - decay**count) ** 2
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("eps", [1e-6, 1e-3, 0.05, 10.0])
 @pytest.mark.parametrize("count", [8, 24, 512])
 def test_distance_is_the_closed_sum(eps, count):

@@ -41,7 +41,10 @@ LOWER = {
 }
 
 
-@pytest.mark.parametrize("name", FIRST)
+@pytest.mark.parametrize(
+    "name",
+    ["a running mean", *(pytest.param(name, marks=pytest.mark.long) for name in FIRST if name != "a running mean")],
+)
 def test_memory_of_a_fixed_number_of_steps_has_the_order_1(name: str) -> None:
     """With additive noise, a drift of a few steps ago changes runs by O(h), in the mean as well."""
     found = memory_orders(OneStep(FIRST[name], double_well()))
@@ -50,7 +53,9 @@ def test_memory_of_a_fixed_number_of_steps_has_the_order_1(name: str) -> None:
     assert float(found.weak) == pytest.approx(1.0, abs=OFF)
 
 
-@pytest.mark.parametrize("name", LOWER)
+@pytest.mark.parametrize(
+    "name", ["h^(-1/5)", *(pytest.param(name, marks=pytest.mark.long) for name in LOWER if name != "h^(-1/5)")]
+)
 def test_memory_that_lasts_longer_has_a_lower_order(name: str) -> None:
     """Of h^(-1/5) steps and more: an order of 0.8 or less, told from 1 by the accuracy of strong orders."""
     assert memory_orders(OneStep(LOWER[name], double_well())).strong[0] < 0.9
@@ -68,6 +73,7 @@ def test_memory_that_changes_nothing_has_no_order() -> None:
         assert found.weak == inf
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("scheme", [LeimkuhlerMatthews(), m.SetsIn(steps=300)], ids=["half an increment", "late"])
 def test_memory_that_does_not_vanish_leaves_all_to_paths(scheme: Scheme) -> None:
     """A step that begins with half of the noise, and a change after 300 steps, which no coarse run makes."""
@@ -84,6 +90,7 @@ def test_single_steps_decide_up_to_the_order_of_memory() -> None:
     assert of_memory(refuted, 1.75, 1.0, 1.0).verdict is Verdict.INCONCLUSIVE
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.long
 @pytest.mark.parametrize("scheme", [m.EverySoMany(), m.EverySoMany(period=7), m.SetsIn(time=0.6), m.RunningMean()])
 def test_no_class_is_verified_above_the_order_of_memory(scheme: Scheme) -> None:
@@ -108,6 +115,7 @@ def test_a_right_method_of_two_steps_is_verified_for_its_class() -> None:
     assert [row.verdict for row in rows if row.claim == row.claim] == [Verdict.VERIFIED] * 2
 
 
+@pytest.mark.long
 def test_moments_are_of_steps_that_memory_does_not_change_later() -> None:
     """A linear step that remembers, and does so from some time or number of steps on, has no moment equations."""
     for scheme, linear in ((m.SetsIn(steps=100), False), (m.SetsIn(time=0.6), False), (LeimkuhlerMatthews(), True)):

@@ -8,6 +8,7 @@ from facade import (
     SRA1,
     BalancedEuler,
     EulerMaruyama,
+    MomentErrors,
     PlatenWeak2,
     StochasticTheta,
     double_well,
@@ -23,7 +24,8 @@ from probe import linear_cells as c
 from sdaeverify import SDE, Array, Increment, Problem, Scheme
 from sdaeverify.measuring import packed, unpacked
 from sdaeverify.probe.linear.linear_map import REACHED
-from sdaeverify.probing import MomentErrors, moment_errors, why_not_moments
+from sdaeverify.probe.step.step_noise import SCATTERED
+from sdaeverify.probing import moment_errors, why_not_moments
 
 STEPS = (8, 16, 32, 64, 128, 256)
 # What is propagated, six finer step sizes included.
@@ -78,6 +80,7 @@ CORRECT: dict[str, tuple[Scheme, Problem, float]] = {
 }
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("name", CORRECT)
 def test_orders_of_correct_schemes_are_found(name: str) -> None:
     """Euler 1, the trapezoidal rule 2 where the noise is additive, schemes of weak order 2, and memory."""
@@ -85,7 +88,7 @@ def test_orders_of_correct_schemes_are_found(name: str) -> None:
     assert least(errors(scheme, problem)) == pytest.approx((order, order), abs=0.04)
 
 
-def test_one_batch_of_each_step_size_is_all_that_is_evaluated() -> None:
+def test_two_batches_of_each_step_size_are_all_that_is_evaluated() -> None:
     """For Euler on a scalar equation, at few states and nodes, independent of the number of steps."""
     batches: list[int] = []
 
@@ -94,9 +97,10 @@ def test_one_batch_of_each_step_size_is_all_that_is_evaluated() -> None:
         return c.euler(problem, x, h, noise)
 
     moment_errors(c.Formula(counted), gbm(), STEPS)
-    assert len(batches) == len(ALL_STEPS)
-    # Two states at two nodes decide; four more, reached ones and twelve more nodes check that the step is linear.
-    assert set(batches) == {(2 + 4 + REACHED) * 14}
+    assert len(batches) == 2 * len(ALL_STEPS)
+    # Two states at two nodes decide; four more, reached ones and twelve more nodes check that the step is linear, and
+    # one state at random noise that the nodes are enough.
+    assert set(batches) == {(2 + 4 + REACHED) * 14, SCATTERED}
 
 
 def test_steps_that_miss_a_growing_moment_have_no_order_that_is_too_low() -> None:
@@ -117,6 +121,7 @@ def scaled(drift: float, noise: float) -> Scheme:
     return c.Formula(rule)
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("problem", [gbm(), ou(), noncommuting()], ids=["growth", "ou", "two noises"])
 @pytest.mark.parametrize(("drift", "noise"), [(0.98, 1.0), (1.0, 1.025), (1.0, 1.005), (1.0, 1.0005)])
 def test_schemes_with_a_wrong_limit_have_no_order_one(problem: SDE, drift: float, noise: float) -> None:

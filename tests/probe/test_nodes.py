@@ -27,7 +27,8 @@ from facade import (
 from joined_noise import aggregate
 from sdaeverify import GAUSSIAN, THREE_POINT, TWO_POINT, Law
 from sdaeverify.measuring import FEWEST
-from sdaeverify.probing import LevelNoise, Nodes, step_nodes
+from sdaeverify.probing import Nodes, step_nodes
+from sdaeverify.studying import LevelNoise
 
 GAUSSIAN_MOMENTS = {0: 1.0, 1: 0.0, 2: 1.0, 3: 0.0, 4: 3.0, 5: 0.0, 6: 15.0, 7: 0.0, 8: 105.0, 9: 0.0, 10: 945.0}
 

@@ -4,7 +4,8 @@ from typing import ClassVar
 
 import pytest
 
-from sdaeverify import SDE, Claim, Scheme, Step, orders, verify
+from sdaeverify import SDE, Claim, Scheme, Step, verify
+from sdaeverify_orders import orders
 
 
 class Printing(Scheme):

@@ -10,7 +10,7 @@ from probe import strong_cells as s
 from probe.weak_cells import constant, equation
 from sdaeverify import SDE, Array, HolonomicSDAE, Increment, Problem, Scheme, SchemeError, Step
 from sdaeverify.probing import OneStep, cloud, step_nodes
-from sdaeverify_planted.projections import WrongExplicit
+from sdaeverify_lab.planted.projections import WrongExplicit
 from sdaeverify_schemes.projections.explicit_projection_euler import ExplicitProjectionEuler
 
 H, T = 0.01, 0.1
@@ -106,7 +106,12 @@ class LastSlope(FirstSlope):
         return Step(super().step(problem, state, t, h, noise).state._replace(last=h * problem.drift(t, state.x)))
 
 
-@pytest.mark.parametrize("problem", [gbm(), swapped({"p": slice(0, 1), "q": slice(1, 2)})], ids=["gbm", "rotation"])
+ROTATION = swapped({"p": slice(0, 1), "q": slice(1, 2)})
+
+
+@pytest.mark.parametrize(
+    "problem", [pytest.param(gbm(), id="gbm", marks=pytest.mark.long), pytest.param(ROTATION, id="rotation")]
+)
 def test_memory_that_is_never_renewed_is_no_error_of_one_step(problem: SDE) -> None:
     """It differs from what entering sets by what grows with the time of a run; memory of one step before does not."""
     assert "steps of a run differ" in OneStep(FirstSlope(), problem).why_not_probed()

@@ -55,12 +55,14 @@ def opinion(claim, **changed):
     return judge_weak(weak_order(local_weak(scheme, PROBLEM, REFERENCE)), claim)
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("tolerance", [0.0, 1e-14, 1e-13, 1e-12])
 def test_the_error_of_a_solver_is_no_order(tolerance):
     """It was left open: "weak order 0.41 from one step, of E[x3 x7] at 1 of 19 probed states"."""
     assert opinion(ORDER, tolerance=tolerance).verdict is Verdict.VERIFIED
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("tolerance", [0.0, 1e-14, 1e-12])
 def test_an_order_less_by_one_is_refuted_with_the_same_solver(tolerance):
     """Order 1 is claimed of a step with 0.99 of its impulse, and order 2 of the right one."""

@@ -27,6 +27,7 @@ def seen(problem, **functions):
     return replace(problem, observables=made, truths=(), controls=())
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("doubled", range(4))
 @pytest.mark.parametrize("place", [0, 3])
 def test_the_law_of_a_walk_is_binomial(doubled, place):

@@ -44,6 +44,7 @@ class Sometimes(EulerMaruyama):
         return Step(state + h * drift + problem.diffused(t, state, noise.dW))
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(
     ("right", "problem"),
     [
@@ -94,6 +95,7 @@ class SometimesSomewhere(EulerMaruyama):
         return Step(state + h * drift + problem.diffused(t, state, noise.dW))
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(
     "when",
     [
@@ -139,6 +141,7 @@ class CountsSteps(EulerMaruyama):
         return Step(Counted(x + h * drift + problem.diffused(t, x, noise.dW), n + 1.0))
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("period", [7, 16, 100])
 def test_a_run_that_remembers_its_length_has_no_one_step_map(period: int) -> None:
     """Where it cannot, nothing is said of the scheme by single steps, and paths alone judge it."""

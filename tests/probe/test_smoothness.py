@@ -102,6 +102,7 @@ def without_jacobian(problem):
     return plain, EulerMaruyama().view_of(plain)
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("problem", [pendulum_velocity_noise(), pendulum_tangential(), sphere_langevin()])
 def test_the_rounding_of_a_curvature_that_is_computed_is_no_kink(problem):
     """Second derivatives of a constraint are rounded a thousand times more than the constraint."""

@@ -19,7 +19,8 @@ from facade import (
 )
 from sdaeverify import SDE, Array, Increment, Langevin, Scheme, Step
 from sdaeverify.numerics import apply
-from sdaeverify_planted.coefficients import HeunOfItoDrift, ImplicitNoise, WithoutItoCorrection
+from sdaeverify_lab.planted.coefficients import HeunOfItoDrift, ImplicitNoise, WithoutItoCorrection
+from sdaeverify_lab.planted.contracts import WritesIntoState
 from sdaeverify_schemes.baoab import BAOAB
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General
@@ -101,6 +102,16 @@ def euler(a: float = 1.0, c: float = 0.0, noise: Callable[..., Array] | None = N
     return Wrong(line)
 
 
+def tamed(divisor: Callable[[Array], Array]) -> Wrong:
+    """Return Euler-Maruyama with the drift f/divisor(|f|)."""
+
+    def line(problem: SDE, t: float, x: Array, h: float, dW: Array) -> Array:
+        f = problem.drift(t, x)
+        return h * f / divisor(np.sqrt((f**2).sum(axis=0))) + apply(problem.diffusion(t, x), dW)
+
+    return Wrong(line)
+
+
 def lengths(B: Array) -> Array:
     """Return the lengths of the rows of B."""
     return np.sqrt((B**2).sum(axis=1))
@@ -112,7 +123,7 @@ PLANTED = {
     "the trapezoidal rule for noise": (ImplicitNoise(), SAYS["stratonovich"]),
     "corrected twice": (WithoutItoCorrection(), SAYS["ito"]),
     "correction without half, added": (euler(c=2.0), "backward Ito"),
-    "correction without half": (euler(c=-2.0), "the whole correction is subtracted"),
+    "correction without half": (euler(c=-2.0), "the drift lacks the whole correction"),
     "one increment": (euler(noise=lambda B, dW, h: B.sum(axis=1) * dW[:1]), "motions share one increment"),
     "first motion": (euler(noise=lambda B, dW, h: B[:, 0] * dW[:1]), "only the first Brownian motion acts"),
     "transposed": (euler(noise=lambda B, dW, h: np.einsum("jip,jp->ip", B, dW)), "transposed"),
@@ -146,9 +157,20 @@ PLANTED = {
     "halved": (euler(a=0.5), "the drift is halved"),
     "doubled noise": (euler(noise=lambda B, dW, h: 2.0 * apply(B, dW)), "multiplied by 4, the noise by 2"),
     "no noise": (euler(noise=lambda B, dW, h: 0.0 * apply(B, dW)), "the noise is left out"),
+    "drift times x": (
+        Wrong(lambda p, t, x, h, dW: h * p.drift(t, x) * x + apply(p.diffusion(t, x), dW)),
+        "the drift is multiplied by the state",
+    ),
+    "diffusion times x": (
+        Wrong(lambda p, t, x, h, dW: h * p.drift(t, x) + x * apply(p.diffusion(t, x), dW)),
+        "the diffusion is multiplied by the state",
+    ),
+    "tamed": (tamed(lambda size: 1.0 + size), "it is tamed without the step size"),
+    "truncated": (tamed(lambda size: np.maximum(1.0, size)), "it is truncated without the step size"),
 }
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(("scheme", "says"), PLANTED.values(), ids=PLANTED)
 def test_mistakes_are_named(scheme, says):
     """Each one-line mistake is named, and by no other sentence."""
@@ -211,6 +233,7 @@ DYNAMICS = {
 }
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("powers", STRENGTHS, ids=str)
 def test_strengths_of_langevin_noise(powers):
     """A wrong formula for the strength is told by the powers of friction and strength that it has."""
@@ -220,22 +243,48 @@ def test_strengths_of_langevin_noise(powers):
     )
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(("scheme", "says"), DYNAMICS.values(), ids=DYNAMICS)
 def test_mistakes_in_langevin_dynamics(scheme, says):
     """Factors of force, friction and noise are told."""
     assert says in solved_instead(scheme, dynamics())
 
 
+class UnscaledDynamics(WrongDynamics):
+    """The noise is sqrt(h) dW."""
+
+    name: ClassVar[str] = "unscaled-dynamics"
+
+    def step(self, problem: Langevin, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        return super().step(problem, state, t, h, noise._replace(dW=np.sqrt(h) * noise.dW))
+
+
+def test_noise_of_langevin_dynamics_that_does_not_scale():
+    """A power of h is told as for other equations."""
+    assert "the noise is h xi" in solved_instead(UnscaledDynamics(), dynamics())
+
+
 def test_what_no_entry_explains_has_no_sentence():
     """Two mistakes at once, or one that is in no dictionary, are not named."""
     both = euler(c=1.0, noise=lambda B, dW, h: 1.5 * apply(B, dW))
-    other = Wrong(lambda p, t, x, h, dW: h * p.drift(t, 0.9 * x) + apply(p.diffusion(t, x), dW))
+    other = Wrong(lambda p, t, x, h, dW: h * p.drift(t, 0.9 * x + 0.1) + apply(p.diffusion(t, x), dW))
 
-    assert [solved_instead(scheme, generic()) for scheme in (both, other)] == ["", ""]
+    more = tamed(lambda size: 1.0 + 2.0 * size)
+
+    assert [solved_instead(scheme, generic()) for scheme in (both, other, more)] == ["", "", ""]
 
 
-def test_what_several_entries_explain_has_no_sentence():
-    """On an equation whose correction and drift are the same, a doubled drift may be either."""
+def test_a_step_that_writes_into_its_argument_is_not_still():
+    """Its result is its changed argument, which says nothing about the state before."""
+    wrong = WritesIntoState()
+
+    assert "unchanged" not in solved_instead(wrong, generic())
+    assert "unchanged" in solved_instead(Wrong(lambda p, t, x, h, dW: 0.0 * x), generic())
+
+
+def test_a_random_equation_tells_mistakes_with_the_same_rates_apart():
+    """On an equation whose correction is its drift, a factor of the drift is not taken for a correction."""
     same = SDE(
         drift=lambda t, x: 0.5 * x,
         diffusion=lambda t, x: x[None],
@@ -244,10 +293,92 @@ def test_what_several_entries_explain_has_no_sentence():
         horizon=1.0,
         source="test",
     )
-    tripled = Wrong(lambda p, t, x, h, dW: 3.0 * h * p.drift(t, x) + apply(p.diffusion(t, x), dW))
+    said = {a: solved_instead(euler(a=a), same) for a in (1.3, 2.0, 3.0)}
 
-    assert "backward" in solved_instead(tripled, same) or not solved_instead(tripled, same)
-    assert solved_instead(euler(a=1.3), same) == ""
+    assert said == {
+        1.3: "the drift is multiplied by 1.3",
+        2.0: "the drift is doubled",
+        3.0: "the drift is multiplied by 3",
+    }
+    assert SAYS["stratonovich"] in solved_instead(HeunOfItoDrift(), same)
+
+
+def test_where_two_entries_are_the_same_mistake_nothing_is_said(monkeypatch):
+    """If two entries explain the rates of every equation, none is preferred."""
+    twice = (*MISTAKES, MISTAKES[0]._replace(sentence="the same mistake in other words"))
+    monkeypatch.setattr("sdaeverify.probe.local.solved_instead.MISTAKES", twice)
+
+    assert solved_instead(PLANTED["Stratonovich solved"][0], generic()) == ""
+
+
+def linear(rate: float, noise: Callable[..., Array]) -> SDE:
+    """Return dx = rate x dt + noise dW with one component."""
+    return SDE(
+        drift=lambda t, x: rate * x,
+        diffusion=lambda t, x: noise(x)[None],
+        start=[1.0],
+        noise_dim=1,
+        horizon=1.0,
+        source="test",
+    )
+
+
+def harmonic() -> Langevin:
+    """Return Langevin dynamics with the force -2 q."""
+    return Langevin(
+        force=lambda q: -2.0 * q,
+        friction=1.6,
+        strength=0.7,
+        position=[0.5],
+        momentum=[0.2],
+        horizon=1.0,
+        source="test",
+    )
+
+
+@dataclass(frozen=True)
+class Pulled(WrongDynamics):
+    """Euler's method with a further force -q."""
+
+    name: ClassVar[str] = "pulled"
+
+    def step(self, problem: Langevin, state: Array, t: float, h: float, noise: Increment) -> Step:
+        """Make one step."""
+        after, n = super().step(problem, state, t, h, noise).state, problem.noise_dim
+        return Step(np.concatenate([after[:n], after[n:] - h * state[:n]]))
+
+
+def plus(a: float) -> Wrong:
+    """Return Euler-Maruyama with a further drift a x."""
+    return Wrong(lambda p, t, x, h, dW: h * (p.drift(t, x) + a * x) + apply(p.diffusion(t, x), dW))
+
+
+# Another mistake that has the rates of one that is known, on one problem; the known one there, and both sentences.
+ALIKE = {
+    "drift": (
+        linear(-1.0, np.ones_like),
+        plus(1.0),
+        euler(a=0.0),
+        "the drift is left out",
+        "there is a further drift x",
+    ),
+    "correction": (
+        linear(0.3, lambda x: x),
+        plus(0.5),
+        HeunOfItoDrift(),
+        f"dx = (f + (1/2) sum DB_j B_j) dt + B dW: {SAYS['stratonovich']}",
+        "",
+    ),
+    "force": (harmonic(), Pulled(), WrongDynamics(force=1.5), "the force is multiplied by 1.5", ""),
+}
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize(("problem", "other", "known", "says", "of_other"), ALIKE.values(), ids=ALIKE)
+def test_a_mistake_is_named_only_if_it_is_one_on_other_equations(problem, other, known, says, of_other):
+    """On a linear equation a further drift x may look like any wrong factor; it is never called one."""
+    assert solved_instead(other, problem) == of_other
+    assert solved_instead(known, problem) == says
 
 
 @pytest.mark.long
@@ -265,7 +396,7 @@ def test_nothing_is_said_of_right_schemes():
         for scheme in schemes
         for problem in problems
         if (view := scheme.view_of(problem)) is not None and not scheme.refuses(view)
-        if (text := solved_instead(scheme, view))
+        if (text := solved_instead(scheme, view, paths=any(claim.measure == "strong" for claim in scheme.promises)))
     }
 
     assert said == {}
@@ -277,7 +408,7 @@ def test_classes_name_mistakes_of_stages():
     (kind,) = [each for each in tree_classes_of(wrong) if each.name == "general"]
     (row,) = [each for each in rows_of_classes(wrong, [kind], 2) if each.verdict == "refuted"]
 
-    assert row.mistake == "the drift is evaluated only at t, but later stages need t + h"
+    assert row.mistake == "the drift is evaluated only at t; the mean time of stages must be t + h/2"
     assert row.why.startswith(row.mistake)
 
 

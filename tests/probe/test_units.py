@@ -31,6 +31,7 @@ from facade import (
     test_functions,
     weak_order,
 )
+from probe.strong_cells import probed
 from probe.weak_cells import scheme
 from sdaeverify import SDE, Array, HolonomicSDAE, HolonomicState, Increment, Langevin, Problem, Scheme, Step
 from sdaeverify.measuring import Opinion, Verdict
@@ -48,8 +49,7 @@ def weak_opinion(of: Scheme, problem: SDE, claim: float) -> Opinion:
 
 def strong_opinion(of: Scheme, problem: SDE, claim: float) -> Opinion:
     """Return the same of paths."""
-    found, shortest = local_strong(of, problem), local_strong(of, problem, shortest=True)
-    return judge_strong(strong_orders(found, shortest)[-1], claim)
+    return judge_strong(probed(of, problem, shortest=True)[-1], claim)
 
 
 @pytest.mark.parametrize("problem", [double_well(), gbm()], ids=["double-well", "growth"])
@@ -76,6 +76,7 @@ def drift_off_by_a_thousandth(problem: SDE, x: Array, t: float, h: float, noise:
     return x + 1.001 * h * problem.drift(t, x) + problem.diffused(t, x, noise.dW)
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("units", [{}, {"scale": 1e8}, {"shift": 1e4}, {"time": 1e6}, {"scale": 1e-8, "time": 1e-6}])
 @pytest.mark.parametrize("wrong", [without_drift, too_much_noise, drift_off_by_a_thousandth])
 def test_what_is_wrong_is_so_in_all_units(wrong, units):
@@ -85,6 +86,7 @@ def test_what_is_wrong_is_so_in_all_units(wrong, units):
     assert weak_opinion(scheme(wrong), problem, 1.0).verdict is Verdict.REFUTED
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("units", [{}, {"scale": 1e8}, {"shift": 1e4}, {"time": 1e6}])
 @pytest.mark.parametrize("wrong", [without_drift, too_much_noise])
 def test_what_is_wrong_along_paths_is_so_in_all_units(wrong, units):
@@ -108,6 +110,7 @@ class TooMuchNoise(ExplicitProjectionEuler):
 FAR = [{}, {"scale": 1e6}, {"scale": 1e-6}, {"scale": 1e8, "time": 1e7}, {"time": 1e-5}, {"constraint": 1e6}]
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.long
 @pytest.mark.parametrize("units", FAR)
 def test_mechanics_are_judged_alike_in_all_units(units: dict[str, float]) -> None:

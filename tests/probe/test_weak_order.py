@@ -52,7 +52,7 @@ def test_a_defect_that_changes_sign_is_left_out():
     found, opinion = judged(2.0, STEEP, CROSSING, (1, slice(0, 2)))
     assert np.nanmin(found.orders) < 1.75
     assert opinion.verdict is Verdict.VERIFIED
-    assert "2 of 78 moments change sign" in str(opinion.reason)
+    assert "2 of 78 errors change sign" in str(opinion.reason)
 
 
 def test_defects_that_move_at_many_states_decide_nothing():
@@ -74,7 +74,7 @@ def test_an_order_is_known_again_behind_a_change_of_sign():
     """Two halvings behind it a low order is found as if there had been none."""
     _, opinion = judged(1.0, 1e-4 * H - 0.5 * H**2)
     assert opinion.verdict is Verdict.REFUTED
-    assert opinion.reason.has(Kind.INCONSISTENT)
+    assert "weak order 0.00" in str(opinion.reason)
 
 
 @pytest.mark.parametrize(
@@ -88,19 +88,11 @@ def test_a_low_order_at_isolated_states_decides_nothing(states, verdict):
 
 
 @pytest.mark.parametrize(("power", "inconsistent"), [(1.0, True), (1.5, False)])
-def test_only_the_order_zero_is_inconsistent(power, inconsistent):
-    """The order 1/2 is low, but its limit is right."""
+def test_an_order_below_its_claim_is_refuted_and_an_order_of_0_is_inconsistent(power, inconsistent):
+    """A step of order 0 in law has another limit, which speaks against all claims of the scheme on the problem."""
     _, opinion = judged(1.0, 0.1 * H**power)
     assert opinion.verdict is Verdict.REFUTED
     assert opinion.reason.has(Kind.INCONSISTENT) is inconsistent
-
-
-def test_the_limit_must_be_wrong_at_most_states_to_be_inconsistent():
-    """At a minority of them it refutes, and samples may still be asked."""
-    for states, inconsistent in ((6, False), (7, True)):
-        _, opinion = judged(1.0, 0.1 * H**2, 0.1 * H, (slice(None), slice(0, states)))
-        assert opinion.verdict is Verdict.REFUTED
-        assert opinion.reason.has(Kind.INCONSISTENT) is inconsistent
 
 
 def noisy(power, size):
@@ -126,7 +118,7 @@ def test_a_plateau_that_leaves_too_few_levels_hides_the_order():
 def test_a_large_plateau_is_a_wrong_limit():
     """Defects that stay above one in a million are no solver's tolerance, but a step that does not shrink with h."""
     _, opinion = judged(1.0, 0.1 * H**2 + 1e-4)
-    assert opinion.reason.has(Kind.INCONSISTENT)
+    assert opinion.verdict is Verdict.REFUTED
 
 
 def test_no_finite_step_is_no_order():

@@ -37,9 +37,18 @@ def found(scheme: Scheme, problem: SDE, *sizes: float) -> StabilityRecord:
     return record
 
 
-@pytest.mark.parametrize(("a", "b"), EQUATIONS)
-@pytest.mark.parametrize("theta", [0.0, 0.25, 0.4, 0.49, 0.499])
-def test_the_theta_method_is_stable_up_to_its_boundary(a: float, b: float, theta: float) -> None:
+# The fast tests try each theta on one equation, in turn.
+THETAS = [0.0, 0.25, 0.4, 0.49, 0.499]
+PAIRS = [
+    pytest.param(theta, a, b, marks=() if (i + j) % len(EQUATIONS) == 0 else pytest.mark.long)
+    for i, theta in enumerate(THETAS)
+    for j, (a, b) in enumerate(EQUATIONS)
+]
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize(("theta", "a", "b"), PAIRS)
+def test_the_theta_method_is_stable_up_to_its_boundary(theta: float, a: float, b: float) -> None:
     """Stable for h < -(2a + b^2)/(a^2 (1 - 2 theta)) and for no other h; theta = .499 is told from 1/2."""
     record = found(StochasticTheta(theta=theta), linear_test(a, b))
     ((low, high),) = record.windows
@@ -47,6 +56,7 @@ def test_the_theta_method_is_stable_up_to_its_boundary(a: float, b: float, theta
     assert high == pytest.approx(-(2 * a + b * b) / (a * a * (1 - 2 * theta)), rel=1e-12)
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(("a", "b"), EQUATIONS)
 @pytest.mark.parametrize("theta", [0.5, 1.0])
 def test_the_theta_method_is_stable_everywhere_from_one_half_on(a: float, b: float, theta: float) -> None:
@@ -58,6 +68,7 @@ def test_the_theta_method_is_stable_everywhere_from_one_half_on(a: float, b: flo
     assert record.scan.h[-1] >= 1e3 * (1.0 - 1e-12)
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(("a", "b"), EQUATIONS)
 def test_milstein_is_stable_up_to_its_boundary(a: float, b: float) -> None:
     """Stable for h < -(2a + b^2)/(a^2 + b^4/2)."""

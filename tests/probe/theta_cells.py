@@ -4,9 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from facade import WIDTHS, LinearDelay, LinearDelayStep, as_recursion, side_of
+from facade import WIDTHS, LinearDelay, LinearDelayStep, Mesh, as_recursion, side_of
 from sdaeverify import Array, Dissipation
-from sdaeverify.probing import Mesh
 
 MESHES = [Mesh(0, 0.0), Mesh(1, 0.0), Mesh(1, 0.3), Mesh(2, 0.0), Mesh(2, 0.7), Mesh(3, 0.4), Mesh(6, 0.1)]
 

@@ -111,6 +111,7 @@ MONOMIALS = {
 }
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("name", BATHS)
 def test_the_invariant_law_does_not_depend_on_friction(name: str) -> None:
     """Under the law with the factor sqrt(r^T M^{-1} r), means of L q vanish for monomials q."""

@@ -13,7 +13,7 @@ import pytest
 
 from facade import StochasticTheta, Track, delay_martingale
 from sdaeverify import Array
-from sdaeverify.probing import Source, brownian_steps
+from sdaeverify.studying import Brownian, Source
 
 D, PATHS, FINEST = 0.8, 4000, 6
 
@@ -22,7 +22,7 @@ def squares(h: float, steps: int) -> Array:
     """Return the squared differences to steps that are 2^6 times finer, on many paths."""
     problem = delay_martingale(D)
     tracks = {level: Track(StochasticTheta(0.0), problem, level, h / 2**level, PATHS) for level in (0, FINEST)}
-    noise = brownian_steps(Source(6, "martingale", steps, PATHS), 1, h, FINEST)
+    noise = Brownian(Source(6, "martingale", steps, PATHS), 1, h, FINEST).steps()
     for levels, _ in zip(noise, range(steps), strict=False):
         for level, track in tracks.items():
             track.advance(levels[level], ())

@@ -56,6 +56,7 @@ def extrapolated(value: Callable[[int], Array], coarsest: int = 8, levels: int =
     return table[0]
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("name", EQUATIONS)
 @pytest.mark.parametrize("delays", [1.0, 2.5, 4.0])
 def test_moments_are_the_limit_of_eulers(name: str, delays: float) -> None:

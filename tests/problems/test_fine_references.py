@@ -7,13 +7,22 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from facade import SRA1, angle_pendulum, damped_pendulum, double_well, ellipse, pendulum, pendulum_tangential
+from facade import (
+    SRA1,
+    angle_pendulum,
+    damped_pendulum,
+    double_well,
+    double_well_langevin,
+    ellipse,
+    pendulum,
+    pendulum_tangential,
+)
 from facade import _circle as circle
 from facade import pendulum_velocity_noise as velocity_noise
 from sdaeverify import SDE, Array, Increment, Pathwise, Problem, ProblemError
 from sdaeverify.measuring import group_sums, jackknife
 from sdaeverify.numerics import log_norms, slope_weights
-from sdaeverify.probing import LevelNoise, Source, brownian_steps
+from sdaeverify.studying import Brownian, LevelNoise, Source
 from sdaeverify_problems._inherent_truth import inherent_truth, with_inherent_truth
 
 PATHS, HORIZON, FITTED, FINE, FINEST = 240, 0.5, range(2, 6), 8, 11
@@ -122,15 +131,22 @@ CASES: dict[str, Callable[[], Case]] = {
     "proportional": lambda: proportional(0.6, 0.4),
     "double well": lambda: unconstrained(double_well(), by_scheme=True),
     "angle pendulum": lambda: unconstrained(angle_pendulum(), by_scheme=True),
+    "double well, Langevin": lambda: unconstrained(double_well_langevin(), by_scheme=True),
     "ellipse, delta": lambda: unconstrained(ellipse("delta"), by_scheme=False),
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+# One along the truth and one of a scheme; the others are made like one of these.
+FAST = {"pendulum", "double well"}
+
+
+@pytest.mark.parametrize(
+    "name", [name if name in FAST else pytest.param(name, marks=pytest.mark.long) for name in CASES]
+)
 def test_references_are_of_order_three_halves(name: str) -> None:
     """What is not exact approaches the other solution nearer to order 3/2 than to order 1."""
     case = CASES[name]()
-    levels = list(next(brownian_steps(Source(7, name, 0, PATHS), case.noise_dim, HORIZON, FINEST)))
+    levels = list(next(Brownian(Source(7, name, 0, PATHS), case.noise_dim, HORIZON, FINEST).steps()))
     end, weights = case.end(levels), -slope_weights(np.arange(len(FITTED), dtype=float))
     for reference in case.references:
         errors = np.stack([end_of(reference, levels[k]) - end for k in FITTED])

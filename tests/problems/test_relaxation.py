@@ -90,6 +90,7 @@ def rotor_gap(c_g: float, gamma: float, kT: float, mass: float) -> float:
     return least(-np.linalg.eigvals(np.linalg.solve(np.kron(mean(np.ones(128)), np.eye(9)), L)))
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(("gamma", "c"), [(0.3, 0.0), (0.3, 1.0), (1.0, 0.3), (5.0, 0.0), (5.0, 1.0)])
 @pytest.mark.parametrize("mass", [0.3, 1.0, 4.0])
 def test_relaxation_of_a_pendulum_is_estimated_to_its_size(gamma: float, c: float, mass: float) -> None:

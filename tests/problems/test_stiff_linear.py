@@ -44,6 +44,7 @@ def test_the_limit_is_approached_at_first_order_without_rounding_times_one_over_
         assert np.abs(gap - same).max() < 1e-4 < np.abs(gap).max()
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("eps", [0.0, 1e-300, 1e-6, 0.01, 0.3, 1e300])
 def test_a_step_has_the_covariance_of_the_equation(eps: float) -> None:
     """What dW, H and further normals make up is the covariance after a time h."""

@@ -16,7 +16,9 @@ def cell(scheme: str, problem: str, measure: str, reason: str) -> dict[str, str]
 
 @given(
     st.lists(
-        st.builds(cell, st.sampled_from("ab"), st.sampled_from(LABELS), st.sampled_from(MEASURES), st.text()),
+        st.builds(
+            cell, st.sampled_from("ab"), st.sampled_from(LABELS), st.sampled_from(MEASURES), st.text(max_size=4)
+        ),
         unique_by=lambda each: (each["scheme"], each["problem"], each["measure"], each["reason"]),
     )
 )

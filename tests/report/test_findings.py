@@ -54,7 +54,7 @@ def test_noise_is_no_order_and_the_local_order_stays():
     reading = read_finding(weak())
     assert not reading.path.known
     assert reading.local_order == 0.9988
-    assert reading.reason == "Local order 0.480; bias below sampling noise (0.2 of 3 standard errors)."
+    assert reading.reason == "Local order 0.480; bias below sampling noise (0.2 standard errors; 3 needed)."
 
 
 def test_errors_that_change_sign_tell_no_order():

@@ -5,6 +5,7 @@ import math
 import re
 from functools import cache
 from html import unescape
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -146,6 +147,7 @@ def test_every_page_of_the_reference_run_is_drawn_without_complaint(shown):
     assert not complaints_of(page)
 
 
+@pytest.mark.long
 @needs_chromium
 def test_the_first_picture_of_the_reference_run_is_there_within_two_seconds(shown):
     """From the request of the file to the first paint, the quickest of three where others keep the machine busy."""
@@ -157,6 +159,90 @@ def test_the_first_picture_of_the_reference_run_is_there_within_two_seconds(show
         return max(paints) if paints else page.run("performance.now()")
 
     assert any(milliseconds() < 2000 for _ in range(3))
+
+
+@needs_chromium
+def test_blocks_of_a_narrow_screen_name_their_cells(shown):
+    """Where a row of reasons becomes a block, each of its lines begins with the heading of its column."""
+    page = shown(page_text(payload(run())))
+    told = """[...document.querySelectorAll('table.reasons tbody tr:first-child td:not(:empty)')]
+        .map(cell => getComputedStyle(cell, '::before').content)"""
+    page.look(1280)
+    assert {*page.run(told)} == {"none"}
+    page.look(400)
+    labels = [label.strip('"').replace('" "', "") for label in page.run(told)]
+    assert labels[1:4] == ["scheme: ", "problem: ", "quantity: "]
+    page.look()
+
+
+def luminance(colour):
+    """Return the relative luminance of a colour such as #1b1f24, as WCAG 2.2 defines it."""
+    digits = colour.removeprefix("#")
+    digits = digits if len(digits) == 6 else "".join(2 * digit for digit in digits)
+    parts = [int(digits[at : at + 2], 16) / 255 for at in (0, 2, 4)]
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return sum(weight * part for weight, part in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+
+def test_text_can_be_read_in_light_dark_and_print():
+    """Each colour of a text has a contrast of 4.5 with what is behind it (WCAG 2.2, 1.4.3, level AA)."""
+    style = files("sdaeverify.report.html").joinpath("page.css").read_text(encoding="utf-8")
+    themes = re.findall(r":root \{(.*?)\}", style, re.DOTALL)
+    behind = {name: (f"{name}-bg",) for name in ("verified", "refuted", "open", "failed")}
+    behind |= {"none": ("paper", "none-bg"), **dict.fromkeys(("ink", "soft", "accent"), ("paper", "panel"))}
+    assert len(themes) == 3
+    for theme in themes:
+        light = {name: luminance(colour) + 0.05 for name, colour in re.findall(r"--([\w-]+): (#\w+)", theme)}
+        pairs = [(light[name], light[back]) for name, backs in behind.items() for back in backs]
+        assert min(max(pair) / min(pair) for pair in pairs) >= 4.5
+
+
+@needs_chromium
+def test_measures_that_fail_alike_are_one_row(shown):
+    """A step that raises is one row of the summary for each problem; lists of names have a column for errors."""
+    measures = ("drift", "effort", "limits", "moments", "stability", "strong", "weak", "uniform")
+    same = {"verdict": "error", "claim": "", "claimed_order": "", "quantity": "", "reason": "AttributeError: drfit"}
+    page = shown(page_text(payload(tables([verdict(), *(verdict(measure=name, **same) for name in measures)]))))
+    (told,) = page.run("[...document.querySelectorAll('table.reasons tbody tr')].map(row => row.cells[3].innerText)")
+    assert told == "drift, effort, limits, moments and 4 more"
+    counts = page.run("[...document.querySelectorAll('table.tight tbody td')].map(cell => cell.innerText)")
+    assert (counts.count("! 1"), counts.count("○ 1")) == (len(measures) - 1, 0)
+    page.go("#/schemes")
+    assert page.run("[...document.querySelectorAll('th')].at(-1).innerText") == "in error"
+    assert page.run("[...document.querySelectorAll('tbody td')].at(-1).innerText") == "8"
+
+
+@needs_chromium
+def test_labels_of_axes_do_not_cover_those_of_ticks(shown):
+    """The name of the vertical axis stands left of its numbers, also of small ones with powers of ten."""
+    small = [
+        level(h=str(h), estimate=str(e * 1e-16), std_error="0", steps=str(int(1 / h)))
+        for h, e in zip(SIZES, ERRORS, strict=True)
+    ]
+    page = shown(page_text(payload(tables([verdict()], small))), "#/cell/some-euler/gbm")
+    apart = """(() => { const texts = [...document.querySelectorAll('article svg text')];
+        const name = texts.find(text => text.textContent === 'error').getBoundingClientRect();
+        return Math.min(...texts.filter(text => text.getAttribute('text-anchor') === 'end')
+            .map(text => text.getBoundingClientRect().left)) - name.right; })()"""
+    assert page.run(apart) >= 0
+
+
+@needs_chromium
+def test_a_run_of_classes_alone_has_a_page(shown):
+    """Its first page has the verdicts on classes, scheme by scheme, as the page of a scheme has them."""
+    known = read_tables(REFERENCE)
+    page = shown(page_text(payload(known._replace(verdicts=[], absent=[], levels=[], details=[]))))
+    assert page.run("document.querySelector('h1').innerText") == "Classes of equations"
+    assert page.run("document.querySelector('nav a[aria-current]').innerText") == "Classes"
+    headings = page.run("[...document.querySelectorAll('h2')].map(each => each.innerText)")
+    assert headings == [*dict.fromkeys(row["scheme"] for row in known.classes)]
+    page.look(400)
+    label = page.run("getComputedStyle(document.querySelector('table.blocks td'), '::before').content")
+    assert label.replace('" "', "") == '"class: "'
+    assert page.run(FITS)
+    page.look()
+    assert page.run(FITS)
+    assert not complaints_of(page)
 
 
 NOWHERE = [
@@ -179,6 +265,30 @@ def test_an_unknown_address_leads_to_the_summary(shown):
 
     assert {*titles} == {"Summary \u00b7 sdaeverify"}
     assert not complaints_of(page)
+
+
+EQUATION = "some-euler, {}: weak order 1; a step solves\\n    drift       f + h (-1/2 f' f)"
+OF_CLASS = {"scheme": "some-euler", "measure": "weak", "verdict": "verified", "claimed_order": "1", "motions": "1"}
+
+
+@needs_chromium
+def test_modified_equations_are_on_the_page_of_a_scheme(shown):
+    """Classes with the same terms share a card, which draws a tree for each term; without equations there is none."""
+    rows = [
+        {**OF_CLASS, "class": kind, "modified": EQUATION.format(kind), "modified_terms": "f(f): -1/2 f' f"}
+        for kind in ("ode", "additive")
+    ]
+    page = shown(page_text(payload(run()._replace(classes=rows))), "#/scheme/some-euler")
+    cards = page.run("[...document.querySelectorAll('.equations .card')].map(one => one.innerText)")
+
+    assert len(cards) == 1
+    assert cards[0].startswith("ode, additive: weak order 1; a step solves")
+    assert "f + h (-1/2 f' f)" in cards[0]
+    assert page.run("document.querySelectorAll('.equations figure circle').length") == 2
+    assert page.run("document.querySelector('.equations figcaption').textContent") == "-1/2 f' f"
+    assert not complaints_of(page)
+    page.go("#/scheme/other-scheme")
+    assert page.run("document.querySelectorAll('.equations').length") == 0
 
 
 @needs_chromium
@@ -289,6 +399,7 @@ def test_pictures_and_places_have_names_for_those_who_do_not_see(shown):
     assert any(role == "main" for role, _ in roles)
 
 
+@pytest.mark.long
 @needs_chromium
 def test_hostile_names_are_shown_as_they_are(shown):
     """No page runs or draws what a name says."""

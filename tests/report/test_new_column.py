@@ -22,6 +22,8 @@ exec(compile(Path(sys.argv[1]).read_text(encoding="utf-8"), spec.origin, "exec")
 from sdaeverify.cli.program import execute
 sys.exit(execute(sys.argv[2:]))
 """
+# Its run is a program of its own, since modules are loaded with another text.
+pytestmark = pytest.mark.long
 FIELD = '    run_time: float = _number("time that it took", "s", label="took")\n'
 GIVEN = "            run_time=0.5,\n"
 
@@ -66,7 +68,6 @@ def test_the_page_has_it(with_column):
     assert ["run_time", "took"] in data["labels"]
 
 
-@pytest.mark.long
 def test_show_tells_it(with_column):
     """It is read from the folder and told of each quantity."""
     run, folder = with_column

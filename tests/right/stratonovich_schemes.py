@@ -19,7 +19,7 @@ from right.case import (
     stratonovich,
     turned,
 )
-from sdaeverify import SDE, Array, Claim, Increment, Law, Step, clipped_gaussian
+from sdaeverify import SDE, Array, Claim, Increment, Law, Step
 from sdaeverify.numerics import apply
 
 
@@ -196,7 +196,7 @@ class ImplicitMidpoint(Differentiable):
     """x+ = x + h F(m) + B(m) dW, m = (x + x+)/2, with clipped increments; wrong with Ito's drift."""
 
     name: ClassVar[str] = "right-implicit-midpoint"
-    law: ClassVar[Law] = clipped_gaussian(2.0)
+    law: ClassVar[Law] = Law.clipped_gaussian(2.0)
     claims: ClassVar[tuple[Claim, ...]] = EULER
 
     def step(self, problem: SDE, state: Array, t: float, h: float, noise: Increment) -> Step:

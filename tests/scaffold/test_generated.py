@@ -68,6 +68,21 @@ def test_plugin_of_any_name_is_registered(tmp_path, name):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("tier", ["ci", "nightly"])
+def test_lock_of_a_plugin_is_complete(plugin, tier):
+    """The first gate of a new package notes no claim that its lock file lacks, and writes the same file."""
+    locked = (plugin / "sdaeverify.lock").read_text(encoding="utf-8")
+    files = [f"--plugin=src/rodeo/{name}.py" for name in ("platen", "sinh")]
+
+    first = python(plugin, "sdaeverify", "gate", f"--tier={tier}", "-j1", *files)
+    written = python(plugin, "sdaeverify", "gate", f"--tier={tier}", "-j1", "--write-lock", *files)
+
+    assert (first.returncode, written.returncode) == (ExitCode.OK, ExitCode.OK), first.stdout
+    assert "lock file" not in first.stdout + first.stderr
+    assert (plugin / "sdaeverify.lock").read_text(encoding="utf-8") == locked
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["sdaeverify-mine", "test-plugin"])
 def test_plugin_of_a_natural_name_passes_its_own_tests(tmp_path, name):
     """A name that begins like a hook, or like a test, is one like any other."""
@@ -110,7 +125,7 @@ def test_plugin_passes_its_own_tests_and_gate(plugin):
     assert [(gate.returncode, gate.stderr.count("warning")) for gate in (*gates, *written)] == [(ExitCode.OK, 0)] * 4
     assert (plugin / "sdaeverify.lock").read_text(encoding="utf-8") == locked
     report = json.loads((plugin / "reports/gate/gate.json").read_text(encoding="utf-8"))
-    assert report["counts"] == {"passed": 15}
+    assert report["counts"] == {"passed": 19}
 
 
 @pytest.mark.slow

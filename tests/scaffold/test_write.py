@@ -153,5 +153,6 @@ def test_coefficients_that_depend_on_time_are_gated(plugin):
     made = problem.build()
     assert made.drift(0.0, made.start) != made.drift(1.0, made.start)
     for tier in ("ci", "nightly"):
-        assert set(locked[tier]["rodeo-platen"]) == set(project["problems"])
+        of_problems = {name for name in locked[tier]["rodeo-platen"] if not name.startswith("every-equation")}
+        assert of_problems == set(project["problems"])
         assert {"strong", "weak"} <= set(locked[tier]["rodeo-platen"]["forced-ou"])

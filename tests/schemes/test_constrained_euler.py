@@ -113,6 +113,7 @@ def followed(equation: OldNormals) -> tuple[Array, Array]:
     return z, connected
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("q", [1, 2, 3])
 def test_the_root_is_connected_to_the_small_multipliers(q: int) -> None:
     """On long steps, the accepted root is the one that a continuation in the level leads to."""

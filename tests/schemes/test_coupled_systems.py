@@ -84,6 +84,7 @@ def unknowns(step: Step, outputs: tuple[str, ...]) -> Array:
     return np.concatenate([step.state.r, step.state.v, *told, *([step.state.mu] if outputs == PROJECTION else [])])
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_a_step_solves_the_coupled_system(body: Any, name: str) -> None:
     """Positions, velocities and all multipliers are the solution that Powell's method finds."""

@@ -56,6 +56,7 @@ def moved(scheme: Scheme, problem: DelaySDAE, h: float) -> Step:
     return scheme.prepare(problem, h)(state, T, noise)
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("kind", [StochasticTheta, LaggedAlgebraicTheta])
 @pytest.mark.parametrize("theta", THETAS)
 @pytest.mark.parametrize("mesh", MESHES)

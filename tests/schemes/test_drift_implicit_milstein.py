@@ -106,6 +106,7 @@ def test_a_hundredth_of_a_further_drift_is_refuted() -> None:
     assert "not exact on dx = c dt" in exactness_violation(Wrong("drift"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("change", [sign, variance])
 def test_a_wrong_term_is_refuted(change: object, monkeypatch: pytest.MonkeyPatch) -> None:
     """A wrong sign costs strong order 1, a wrong variance all of them."""
@@ -115,12 +116,14 @@ def test_a_wrong_term_is_refuted(change: object, monkeypatch: pytest.MonkeyPatch
     assert (found["weak", 1.0] is Verdict.REFUTED) == (change is variance)
 
 
+@pytest.mark.long
 def test_the_sign_of_the_noise_is_no_matter_where_it_is_squared(monkeypatch: pytest.MonkeyPatch) -> None:
     """An equivalent change is verified like the right scheme."""
     monkeypatch.setattr(drift_implicit_milstein, "milstein_term", noise)
     assert set(rows(DriftImplicitMilstein()).values()) == {Verdict.VERIFIED}
 
 
+@pytest.mark.long
 def test_a_derivative_that_does_not_follow_the_constraint_is_refuted(monkeypatch: pytest.MonkeyPatch) -> None:
     """The noise depends on y, and y on x: without dg/dy the strong order is 1/2."""
     monkeypatch.setattr(drift_implicit_milstein, "follow", lambda problem, state, t, z: np.zeros_like(state.y))

@@ -28,6 +28,7 @@ def schemes(problem):
     return [each for each in variants if each.form is ConstrainedLangevin and not each.refuses(problem)]
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("eps", [1e-300, 1e300])
 @pytest.mark.parametrize("name", STIFF)
 def test_steps_are_finite(name, eps):

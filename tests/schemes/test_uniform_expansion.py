@@ -42,6 +42,7 @@ def order(q: int, geometry: object = ConstraintGeometry) -> float:
     return float(np.mean([np.log(a / b) / np.log(4.0) for a, b in pairwise(sizes)]))
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("q", [1, 2, 3])
 def test_means_agree_up_to_three_halves(q: int) -> None:
     """First and second moments of a step differ by O(h^(3/2)) uniformly in eps, Propositions 3.3 and 3.7."""

@@ -82,6 +82,7 @@ class Printed:
         return root(defects, np.concatenate([y, 0.0 * level]), tol=1e-13).x[:D]
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("eps", [1e-5, H, 3.0])
 @pytest.mark.parametrize("theta", [0.0, 0.3, 0.5, 1.0])
 @pytest.mark.parametrize("q", [1, 2, 3])

@@ -7,10 +7,11 @@ import numpy as np
 from facade import load_registry
 from sdaeverify.numerics import GROUPS
 from sdaeverify.studying import select_problems
-from sdaeverify_sealed.judging import Question, ask, judge
+from sdaeverify_sealed.judging import Question, ask
 from sdaeverify_sealed.references import Reference
 from sdaeverify_sealed.run import SealedRun, cells
 from sdaeverify_sealed.sample import Budget, Look, Plan, Sample
+from sdaeverify_solvers import judge
 
 CONFIDENCE = 0.99
 H = np.array([0.25, 0.125, 0.0625])

@@ -9,7 +9,7 @@ from sdaeverify_sealed.openmm import ENERGIES, OpenMM, energy_of
 from sdaeverify_sealed.sample import Budget
 from sealed.solving import rows, spec
 
-STEP, PATHS = 0.5, 2**15
+STEP, PATHS, WELLS = 0.5, 2**15, "double-well-langevin"
 
 
 def harmonic():
@@ -24,7 +24,8 @@ def test_energies_are_found_from_forces():
     assert energy_of(well)[0].startswith("(2.25000000000")
     assert energy_of(well)[0].endswith(")*(x^2/2)")
     assert energy_of(spec("angle-pendulum").build())[0].endswith("*(-cos(x))")
-    assert [energy in energy_of(double)[0] for energy in ENERGIES] == [True, True, False]
+    assert [energy in energy_of(double)[0] for energy in ENERGIES] == [True, True, False, False]
+    assert energy_of(spec(WELLS).build())[0].endswith("*(log(cosh(2*x)))")
     assert "no potential" in energy_of(replace(well, force=lambda q: -np.tanh(q), truths=()))[1]
 
 
@@ -50,6 +51,18 @@ def test_configurations_are_verified_and_velocities_are_those_of_half_steps():
     assert found["q^2"].verdict.value == found["p^2"].verdict.value == wrong["q^2"].verdict.value == "verified"
     assert wrong["p^2"].verdict.value == "refuted"
     assert wrong["p^2"].low < -0.25 * kT * STEP**2 * omega2 < wrong["p^2"].high < 0.0
+
+
+@pytest.mark.long
+def test_temperature_at_the_time_of_the_positions_is_refuted_in_two_wells():
+    """The temperature of the returned velocities is right where no law is normal; at the time of q it is too low."""
+    pytest.importorskip("openmm", reason="needs the extra: pip install .[openmm]")
+    budget = Budget(paths=PATHS, looks=1, steps=(1, 2, 4))
+    found = [
+        {(row.measure, row.finding.quantity): row.finding.verdict.value for row in rows([made], WELLS, budget)[0]}
+        for made in (OpenMM(), OpenMM(on_step=True))
+    ]
+    assert [each["invariant", "p^2"] for each in found] == ["verified", "refuted"]
 
 
 def test_positions_are_those_of_baoab_from_the_begin():

@@ -16,6 +16,8 @@ CLAIMS = (
     Claim(measure="invariant", value=1.0, margin=0.45, quantities=("x^2",), source="Talay & Tubaro 1990"),
     Claim(measure="weak", value=1.0, margin=0.45, quantities=("x",), source="Kloeden & Platen 1992, section 14.1"),
 )
+# Of programs that are silent on purpose; others are given more, on a machine that is busy with other tests.
+SHORT, PATIENCE = 1.0, 120.0
 
 
 @pytest.mark.long
@@ -30,6 +32,7 @@ def test_a_program_in_c_is_verified(tmp_path):
     assert "refuted" not in found.values()
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_a_program_in_r_is_verified(tmp_path):
     """The same in R, without packages, on fewer paths: no claim is refuted, and the larger errors are verified."""
@@ -73,16 +76,18 @@ def test_what_cannot_be_started_is_refused():
         ("print('hello')", "wrote 6 bytes"),
         ("sys.exit('no such file')", "ended with exit code 1; its stderr ends: no such file"),
         ("os.kill(os.getpid(), 9)", "ended with signal 9"),
-        ("time.sleep(60)", "has not ended after 1 s (patience)"),
-        ("write(*[0.5] * paths); time.sleep(60)", "has not ended after 1 s (patience)"),
+        ("time.sleep(600)", "has not ended after 1 s (patience)"),
+        ("write(*[0.5] * paths); time.sleep(600)", "has not ended after 1 s (patience)"),
     ],
 )
 def test_what_is_no_answer_is_one_line(tmp_path, body, told):
     """A wrong size, an exit code, a signal and silence are told with the command, and nothing hangs."""
-    made, begun = program("wrong", in_python(tmp_path, body), ["ou"], CLAIMS, patience=1.0), time.monotonic()
+    patience = SHORT if "patience" in told else PATIENCE
+    made = program("wrong", in_python(tmp_path, body), ["ou"], CLAIMS, patience=patience)
+    begun = time.monotonic()
 
     with pytest.raises(SchemeError, match=r"h=0\.5 T=1\.0 paths=3 seed=7") as raised:
         made.run(spec("ou").build(), 0.5, 1.0, 3, 7)
     assert told in str(raised.value)
     assert len(str(raised.value).splitlines()) == 1
-    assert time.monotonic() - begun < 20.0
+    assert time.monotonic() - begun < PATIENCE

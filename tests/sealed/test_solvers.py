@@ -25,6 +25,7 @@ LANGEVIN = [
 ]
 
 
+@pytest.mark.slow
 def test_a_wrong_limit_is_refuted_and_the_right_one_verified():
     """The stationary mean of x^2 has order 1 for Euler's scheme, and none for three that tend to another law."""
     right, wrong = verdicts([solver("own-euler")], "ou", MORE), verdicts(list(map(solver, OU)), "ou", HALF)
@@ -34,6 +35,7 @@ def test_a_wrong_limit_is_refuted_and_the_right_one_verified():
     assert [name for name in OU if wrong[name, "invariant", "x^2"] != "refuted"] == []
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.parametrize(("wrong", "right", "row", "budget"), LANGEVIN)
 def test_a_planted_solver_is_refuted_and_its_twin_verified(wrong, right, row, budget):
     """The row that tells a mistake is refuted for the wrong solver, and verified for the right one."""

@@ -74,6 +74,7 @@ def test_factors_are_log_uniform_between_a_fifth_and_five():
     assert np.mean(logs**2) / np.log(FACTOR) ** 2 == pytest.approx(1.0 / 3.0, abs=4.0 * np.sqrt(4.0 / 45.0 / 300))
 
 
+@pytest.mark.long
 def test_what_a_problem_rejects_is_drawn_again(monkeypatch):
     """A sphere in one dimension is none: its problem says so in one line, and the set has another dimension."""
     place = [family.__name__ for family in shipped()].index("stiefel")

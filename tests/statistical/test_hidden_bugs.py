@@ -3,7 +3,7 @@
 import pytest
 
 from sdaeverify import verify
-from sdaeverify_planted._within import ScaledEuler
+from sdaeverify_lab.planted._within import ScaledEuler
 
 FALSE = {
     "h < 1e-5": (ScaledEuler("h", high=1e-5, of_drift=0.5), "gbm", ("strong", "weak")),

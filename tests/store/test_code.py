@@ -10,7 +10,8 @@ import numpy
 import pluggy
 import pytest
 
-from facade import MEASURING, SAYING, code, code_of, framework_code, home_of, load_file
+from facade import MEASURING, SAYING, EulerMaruyama, Strong, code, code_of, framework_code, home_of, load_file
+from sdaeverify.studying import code_key
 from test_architecture import LAYERS
 
 SCHEME = (
@@ -171,3 +172,13 @@ def test_all_that_measures_in_the_framework_counts():
     assert {Path(room).stem for room in MEASURING} == measuring - {"errors"}
     assert {"finding.py"} == SAYING
     assert framework_code() == framework_code()
+
+
+def test_a_key_of_code_has_all_that_determines_a_result():
+    """Another class, or another text, has another key, and code without a source has none."""
+    scheme, measure = EulerMaruyama, Strong
+    key = code_key(scheme, measure, of="seed 1")
+
+    assert key == code_key(scheme, measure, of="seed 1")
+    assert len({key, code_key(scheme, measure, of="seed 2"), code_key(measure, of="seed 1")}) == 3
+    assert code_key(scheme, int, of="seed 1") == ""

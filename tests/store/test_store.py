@@ -394,10 +394,9 @@ def test_reasons_are_summed_up(tmp_path):
     for block in range(3):
         store.recall(task(), block)
 
-    assert (
-        store.summary()
-        == "evidence of 1 of 3 blocks of paths, controls included, was reused; computed: 2 not there yet"
-    )
+    reused, computed = store.summary().split("; ")
+    assert reused == "evidence of 1 of 3 blocks of paths, controls included, was reused"
+    assert computed == "the others were computed: 2 without stored evidence"
 
 
 def test_a_full_disk(tmp_path, monkeypatch):
@@ -450,6 +449,23 @@ def test_a_key_is_of_what_evidence_is_about():
 
     assert {name for name, other in others.items() if other == key(whole)} == set(MADE_WITH)
     assert len(set(others.values())) == len(whole) - len(MADE_WITH) + 1
+
+
+def test_builds_outside_python_are_code_of_the_scheme():
+    """Evidence of another build has the same key and other ingredients; of an unknown build there is none."""
+    ingredients = [
+        lane_ingredients(
+            type("Built", (EulerMaruyama,), {"build": build, "__module__": __name__})(),
+            problem_spec(gbm),
+            SETTINGS,
+            0,
+        )
+        for build in ("one", "two", None)
+    ]
+    one, two, unknown = ingredients
+    assert unknown is None
+    assert key(one) == key(two)
+    assert {name for name in one if one[name] != two[name]} == {"code of the scheme"}
 
 
 def test_every_setting_is_an_ingredient_or_part_of_the_budget():

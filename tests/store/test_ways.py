@@ -76,6 +76,7 @@ def determined():
     return said, done, opened_by(homes)
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
 def test_no_change_goes_unnoticed(put, way):
     """What is left alone is found again in another process; of what was changed there is no evidence."""

@@ -185,15 +185,17 @@ def test_components_are_those_that_an_observable_reads():
     assert components_of(PROBLEM, CELL, "state") == frozenset()
 
 
-def test_paths_are_not_verified_where_the_law_is_wrong():
-    """Three in 10000 too much noise is seen in means, and hidden in paths by their errors."""
+@pytest.mark.parametrize("excess", [1e-6, 3e-5])
+def test_paths_are_not_verified_where_the_law_is_wrong(excess):
+    """A millionth of too much noise is seen in moments at T, 30 in means of one step, neither along paths."""
     uncontrolled = lambda: replace(gbm(), controls=())  # noqa: E731
     uncontrolled.__name__ = "uncontrolled"
-    study = Study(plan([TooMuchNoise()], [problem_spec(uncontrolled)], [Strong(), Weak()]), Settings(paths=256))
+    study = Study(plan([TooMuchNoise(excess)], [problem_spec(uncontrolled)], [Strong(), Weak()]), Settings(paths=256))
     for _ in study.run():
         pass
 
     strong, weak = study.results()
 
     assert {finding.verdict for finding in weak.findings} == {Verdict.REFUTED}
-    assert Verdict.VERIFIED not in {finding.verdict for finding in strong.findings}
+    assert {finding.verdict for finding in strong.findings} == {Verdict.INCONCLUSIVE}
+    assert all("not confirmed" in str(finding.reason) for finding in strong.findings)

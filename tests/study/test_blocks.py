@@ -39,6 +39,7 @@ class Given(NamedTuple):
 
     task: Task
     block: int
+    evidence: tuple = ()
 
 
 class Counting(Executor):
@@ -55,7 +56,8 @@ class Counting(Executor):
 
 def errors(executor, task=TASK):
     """Return what became of the schemes, and check that every good one has its own numbers."""
-    ((_, evidence),) = Blocks(executor, None).results(deque([Given(task, 0)]), 1)
+    (done,) = Blocks(executor, None).results(deque([Given(task, 0)]), 1)
+    evidence = done.evidence
     for found, whole in zip(evidence, run_block(task, 0), strict=True):
         for index, error in enumerate(found.errors):
             if not error:
@@ -64,6 +66,7 @@ def errors(executor, task=TASK):
     return [found.errors for found in evidence]
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(
     ("guilty", "blamed", "found", "calls"),
     [

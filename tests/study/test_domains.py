@@ -22,7 +22,7 @@ from facade import (
 )
 from sdaeverify import SDE, Claim, Domain, Scheme, Step, verify
 from sdaeverify.probing import OneStep, cloud
-from sdaeverify.testing.hunting.attacks import _forms, _matching
+from sdaeverify_hunt.attacks import _forms, _matching
 
 CLAIMS = (
     Claim(measure="strong", value=0.5, source="made up"),
@@ -115,6 +115,7 @@ def test_right_schemes_break_no_contract(name, scheme):
     assert violation(scheme, PROBLEMS[name]()) == ""
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("scheme", WRONG, ids=lambda scheme: scheme.label)
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_wrong_twins_are_refuted(name, scheme):

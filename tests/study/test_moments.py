@@ -99,7 +99,7 @@ def test_a_wrong_order_in_probability_is_refuted_where_moments_diverge():
     assert {row.verdict for name in rows for row in rows[name]} == {Verdict.REFUTED}
 
 
-@pytest.mark.parametrize("scheme", [TamedEuler(), Guarded()])
+@pytest.mark.parametrize("scheme", [TamedEuler(), pytest.param(Guarded(), marks=pytest.mark.long)])
 def test_orders_in_mean_square_stay_verified_where_a_scheme_has_moments(scheme):
     """Of tamed schemes on a cubic drift."""
     rows = found(scheme, double_well, ("strong", "weak"))
@@ -108,6 +108,7 @@ def test_orders_in_mean_square_stay_verified_where_a_scheme_has_moments(scheme):
     assert all("probability" not in row.claim for name in rows for row in rows[name])
 
 
+@pytest.mark.long
 def test_orders_in_mean_square_stay_verified_for_linear_coefficients():
     """Of Euler's scheme on a linear equation."""
     for scheme in (Explicit(), EulerMaruyama()):
@@ -116,6 +117,7 @@ def test_orders_in_mean_square_stay_verified_for_linear_coefficients():
         assert {row.claim for row in rows["strong"]} == {"order >= 0.5"}
 
 
+@pytest.mark.long
 def test_a_drift_of_power_three_halves_is_enough():
     """Any power above 1 is, and 1.5 is seen."""
     rows = found(Explicit(), power_1_5, ("strong",))["strong"]

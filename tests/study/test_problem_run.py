@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from facade import (
-    Advanced,
     CellResult,
     DisplacedEuler,
     EulerMaruyama,
-    Finished,
     Milstein,
     Stability,
     StochasticTheta,
@@ -131,7 +129,7 @@ def test_a_problem_is_finished_when_its_last_cell_is():
     """Finished problems are told once, with the results they keep."""
     results, events = run([EulerMaruyama()], [Patient(wants=300)])
 
-    finished = [event for event in events if isinstance(event, Finished)]
+    finished = [event for event in events if event.results]
     assert len(finished) == 1
     assert [r.paths for r in finished[0].results] == [r.paths for r in results]
 
@@ -142,10 +140,9 @@ def test_everything_is_screened_before_any_path():
     study = Study(plan([EulerMaruyama()], specs, measures), SETTINGS)
     told = []
     for event in study.run():
-        if isinstance(event, Advanced):
-            told.append((event.done, event.total))
-            sampled = any(run.evidence.paths for problem in study.problems for run in problem.runs)
-            assert sampled == (len(told) > 2)
+        told.append((event.done, event.total))
+        sampled = any(run.evidence.paths for problem in study.problems for run in problem.runs)
+        assert sampled == (len(told) > 2)
 
     assert told[:2] == [(1, 4), (2, 4)]
     assert told[-1] == (4, 4)
@@ -155,8 +152,8 @@ def test_interrupted_studies_keep_what_they_know():
     """Cells that were judged are reported with the paths they had, and why they got no more."""
     study = Study(plan([EulerMaruyama()], [problem_spec(gbm)], [Patient(wants=10**6)]), SETTINGS)
     events = study.run()
-    # One step and a block of paths are computed and taken in.
-    for _ in range(2):
+    # One step and a block of paths are computed and judged.
+    for _ in range(3):
         next(events)
     study.stopped = "interrupted"
 

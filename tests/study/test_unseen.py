@@ -36,7 +36,7 @@ from sdaeverify import (
 )
 
 REGISTRY = load_registry()
-MISSED, TIME = "HolonomicSDAE: no problem here has ", "a force or noise that depends on time"
+MISSED, TIME = "HolonomicSDAE: no problem of this run has ", "a force or noise that depends on time"
 
 
 def made(schemes: Any, problems: Any, measures: Any = "weak") -> Any:
@@ -62,13 +62,13 @@ def made(schemes: Any, problems: Any, measures: Any = "weak") -> Any:
         ("half-explicit-euler[truncation=none]", "driven-double-pendulum", []),
         ("euler-maruyama", "pendulum", []),
         ("euler-maruyama", "noncommuting,growing-volatility", []),
-        ("euler-maruyama", "three-motions", ["SDE: no problem here has coefficients that depend on time"]),
+        ("euler-maruyama", "three-motions", ["SDE: no problem of this run has coefficients that depend on time"]),
         ("baoab", "angle-pendulum", []),
-        ("baoab", "harmonic-langevin", ["Langevin: no problem here has a force that is not linear"]),
+        ("baoab", "harmonic-langevin", ["Langevin: no problem of this run has a force that is not linear"]),
         (
             "penalised-euler",
             "affine-constraint",
-            ["ConstrainedLangevin: no problem here has several constraints or a curved constraint"],
+            ["ConstrainedLangevin: no problem of this run has several constraints or a curved constraint"],
         ),
         ("stochastic-theta", "delay-pair,delay-linear", []),
     ],
@@ -151,7 +151,7 @@ class Broken(Scheme):
 def test_claims_tested_nowhere_are_counted_in_one_line() -> None:
     """Only claims about measures of the run count; the traits that no problem has are named."""
     (line,) = [text for text in unseen(made(Broken(), "gbm")) if "tested nowhere" in text]
-    words = "1 claim was tested nowhere: with-claims, weak order >= 2.0: no problem here has both"
+    words = "1 claim was tested nowhere: with-claims, weak order >= 2.0: no problem of this run has both"
     assert line == f"{words} constrained and scalar-noise"
     (line,) = [text for text in unseen(made(Broken(), "gbm", ("weak", "strong"))) if "tested nowhere" in text]
     assert line.startswith("2 claims were tested nowhere: ")
@@ -197,7 +197,9 @@ class TaggedEuler(Scheme):
     form: ClassVar[type[SDE]] = Tagged
 
 
-@pytest.mark.parametrize(("horizon", "lines"), [(1.0, ["Tagged: no problem here has a long horizon"]), (2.0, [])])
+@pytest.mark.parametrize(
+    ("horizon", "lines"), [(1.0, ["Tagged: no problem of this run has a long horizon"]), (2.0, [])]
+)
 def test_a_form_of_another_author_brings_its_own_features(horizon: float, lines: Sequence[str]) -> None:
     """Nothing in the framework knows the form or its feature by name."""
 

@@ -81,6 +81,7 @@ def test_what_cannot_be_timed_is_told(arguments, message):
         parametrize_with_benchmarks(schemes, problems, paths=paths or (256,))
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_the_report_has_a_section(pytester, monkeypatch):
     """Markers need no registration; tests of the kit are counted by part and outcome, also of several workers."""

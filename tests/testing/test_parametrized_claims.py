@@ -7,7 +7,7 @@ import pytest
 
 from facade import Plan, Policy, load_plugins
 from sdaeverify import SDE, Claim, Scheme, Step, UsageError
-from sdaeverify.testing import parametrize_with_claims
+from sdaeverify.testing import parametrize_with_claims, parametrize_with_examinations
 from sdaeverify.testing.claims import ClaimRun, claim_run
 
 
@@ -115,7 +115,7 @@ def test_in_a_test_file(pytester):
     """The decorator makes ordinary tests whose failures show the claim and no inside of this package."""
     pytester.makepyfile(
         """
-        from sdaeverify.testing import parametrize_with_claims
+        from sdaeverify.testing import parametrize_with_claims, parametrize_with_examinations
 
         @parametrize_with_claims(["euler-maruyama"], problems=["gbm"], measures=["strong"],
                                  expected_failures=[{"problem": "gbm", "reason": "not so"}])
@@ -173,3 +173,22 @@ def test_the_level_is_shared_among_all_cells():
 
     assert few.settings.tests_reserved == 1000
     assert many.settings.tests_reserved == 10 * len(many.plan.cells) > 1000
+
+
+SOLVERS = {
+    "adaptive": {"solvers": ["heun-pi"], "problems": ["ou"], "paths": 100, "tolerances": [0.03, 0.01, 0.003]},
+    "sealed": {"solvers": ["own-euler"], "problems": ["ou"], "paths": 8192, "looks": 1},
+}
+
+
+def test_shipped_examinations_are_found():
+    """They belong to plugins that only some commands load; the kit loads them as a gate does."""
+    assert [*parameters(parametrize_with_examinations(SOLVERS))] == [*SOLVERS]
+
+
+@pytest.mark.long
+def test_a_shipped_examination_is_a_test():
+    """Its solver is measured once, and the check passes if no claim is refuted or undecided."""
+    ((subject, check),) = parameters(parametrize_with_examinations({"sealed": SOLVERS["sealed"]})).values()
+    check(subject)
+    assert subject == "sealed"

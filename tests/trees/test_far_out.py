@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from facade import CLASSES, distance_far, placements, probe_of
-from sdaeverify import Scheme, orders
+from sdaeverify import Scheme
+from sdaeverify_orders import orders
 from sdaeverify_schemes.baoab import BAOAB
 from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import DriftTruncatedEuler, EulerMaruyama
@@ -117,6 +118,7 @@ def sometimes(base: Scheme, when: Callable[[int, float], bool]) -> Scheme:
     return kind()
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.parametrize(
     ("base", "kind"),
     [
@@ -172,6 +174,7 @@ WRONG = [
 ]
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.parametrize(("base", "change", "kind"), WRONG)
 def test_a_step_that_is_wrong_far_out_late_or_for_further_motions_is_not_verified(base, change, kind):
     """All conditions hold at states and times of size 1, and the claim is left to paths."""

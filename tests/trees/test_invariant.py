@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from facade import grow, stationary_conditions
-from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, UsageError, orders, verify
+from sdaeverify import SDE, Array, Claim, Increment, Scheme, Step, UsageError, verify
+from sdaeverify_orders import orders
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import HeunAdditive
 
@@ -78,6 +79,7 @@ class Louder(HeunAdditive):
 OFF = [TwoStages(w=0.68), TwoStages(a=0.255), TwoStages(d=0.51)]
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(
     ("scheme", "order", "verdict"),
     [

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from sdaeverify import Scheme, orders
+from sdaeverify import Scheme
+from sdaeverify_orders import orders
 from trees.literature import additive, areas, ito_weak, platen, scalar, stratonovich_weak
 
 pytestmark = pytest.mark.long
@@ -48,6 +49,7 @@ def drawn(scheme: Scheme, count: int = 3) -> list[tuple[str, tuple[int, ...]]]:
     return [every[i] for i in np.random.default_rng(len(every)).choice(len(every), count, replace=False)]
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.parametrize("scheme", [scheme for scheme, _ in CASES], ids=NAMES)
 def test_a_scheme_of_the_literature_is_verified_for_its_classes(scheme):
     """Every claim is verified for every class that the scheme accepts, by all of its order conditions."""
@@ -57,6 +59,7 @@ def test_a_scheme_of_the_literature_is_verified_for_its_classes(scheme):
     assert set(found) == {"verified"}
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.parametrize(("scheme", "kind"), CASES, ids=NAMES)
 def test_a_coefficient_that_is_off_by_one_per_cent_is_refuted(scheme, kind):
     """Three coefficients are drawn at random; a change of any of them is told."""
@@ -81,6 +84,7 @@ def test_coefficients_that_are_not_asked_for_are_not_refuted():
         assert set(verdicts(changed(scheme, field, place), kind)) == {"verified"}
 
 
+@pytest.mark.sweep(others="slow")
 @pytest.mark.parametrize("scheme", [ito_weak.RI6(), stratonovich_weak.RS2(), stratonovich_weak.NON()])
 def test_three_motions_have_all_their_conditions(scheme):
     """What two motions cannot show holds with three of them, too."""

@@ -8,7 +8,8 @@ from types import ModuleType
 
 import pytest
 
-from sdaeverify import SDE, Scheme, orders
+from sdaeverify import SDE, Scheme
+from sdaeverify_orders import orders
 
 # Modules, the classes in them, and the classes of equations that their conditions are asked of.
 SUBJECTS = [
@@ -73,7 +74,7 @@ def test_each_coefficient_changed_by_one_per_cent_is_refuted(module, name, kind,
 @pytest.mark.slow
 def test_planted_bugs_are_refuted_by_trees_and_equivalent_ones_are_not():
     """Of the planted bugs of schemes for SDEs at least 59 are refuted with a tree, and no equivalent change is."""
-    bugs = [bug for family in FAMILIES for bug in importlib.import_module(f"sdaeverify_planted.{family}").BUGS]
+    bugs = [bug for family in FAMILIES for bug in importlib.import_module(f"sdaeverify_lab.planted.{family}").BUGS]
     refuted = [bug for bug in bugs if SDE in bug.scheme.forms and orders(bug.scheme, motions=2).failing]
 
     assert len(refuted) >= 59

@@ -4,7 +4,8 @@ from typing import Any, ClassVar
 
 import pytest
 
-from sdaeverify import SDE, Claim, Scheme, Step, orders
+from sdaeverify import SDE, Claim, Scheme, Step
+from sdaeverify_orders import orders
 
 
 class MeanTrapezoidal(Scheme):

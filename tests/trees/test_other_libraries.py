@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from facade import OF_SDES, RichEquation, Universal, related_equations
-from sdaeverify import orders
 from sdaeverify_bridges.kit import why_not_bridged
 from sdaeverify_bridges.sdeint import SDEInt
 from sdaeverify_bridges.torchsde import TorchSDEStratonovich
+from sdaeverify_orders import orders
 
 
 def equations(kind):

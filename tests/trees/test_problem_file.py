@@ -2,7 +2,8 @@
 
 import pytest
 
-from sdaeverify import UsageError, orders, verify
+from sdaeverify import UsageError, verify
+from sdaeverify_orders import orders
 from sdaeverify_schemes.milstein_areas import MilsteinAreas
 from sdaeverify_schemes.platen_weak_2_general import PlatenWeak2General
 from trees.wrong import SIX, FewSigns, SignedHeun

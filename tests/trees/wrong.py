@@ -8,7 +8,7 @@ import numpy as np
 
 from sdaeverify import SDE, THREE_POINT, Array, Claim, Increment, Law, Scheme, Step
 from sdaeverify.numerics import apply
-from sdaeverify_planted.higher_orders import FewSigns, NewNoise, OldDrift, OldNoise
+from sdaeverify_lab.planted.higher_orders import FewSigns, NewNoise, OldDrift, OldNoise
 from sdaeverify_schemes.delays.stochastic_theta import StochasticTheta
 from sdaeverify_schemes.euler_maruyama import EulerMaruyama
 from sdaeverify_schemes.heun import Heun, HeunAdditive

@@ -6,10 +6,14 @@ from ablation import without
 from facade import GUARDS, Guard, rules
 from guard_cells import CELLS
 
+# Guards whose cells take five seconds and more.
+LATE = {"doubt end", "of memory", "turns", "withhold in doubt"}
+
 
 def test_each_guard_has_its_cell():
     """A guard without one is removed, and each cell is one of a guard."""
     assert {guard.planted for guard in GUARDS} == set(CELLS)
+    assert {guard.name for guard in GUARDS} > LATE
 
 
 def test_guards_are_told_apart():
@@ -26,7 +30,10 @@ def test_the_guards_of_a_run_are_those_of_its_rules():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("guard", GUARDS, ids=lambda guard: guard.name)
+@pytest.mark.parametrize(
+    "guard",
+    [pytest.param(guard, id=guard.name, marks=pytest.mark.slow if guard.name in LATE else ()) for guard in GUARDS],
+)
 def test_a_cell_is_judged_wrongly_without_its_guard(guard):
     """More of its claims have the wrong verdict than with all guards."""
     cell = CELLS[guard.planted]

@@ -14,12 +14,19 @@ from facade import (
     Explosion,
     Invariant,
     Objection,
+    Roughness,
     Strong,
     StrongOrder,
     beside,
     claim_for,
+    converges_later,
     gbm,
+    hold_back,
+    judge_departure,
+    judge_order,
     judge_strong,
+    of_memory,
+    of_smooth,
     path_tests,
     resolve_order,
     rules,
@@ -28,7 +35,7 @@ from facade import (
     too_coarse,
     unlike,
     up_to,
-    why_divergent,
+    why_moments_diverge,
     why_vacuous,
 )
 from measures import test_mean_order as mean_orders
@@ -126,9 +133,9 @@ class TestKnownClaims:
     def test_a_claim_that_rests_on_moments_fails_where_they_explode(self, claimed, measure, power, why):
         """In mean square, or of an invariant law; what was not probed is not known to explode."""
         known = packed(EXPLOSION, Explosion(*map(np.float64, (power, 0.5, 1e3, 1e9))))
-        assert why_divergent(claimed, measure, known).startswith(why)
-        assert bool(why_divergent(claimed, measure, known)) is bool(why)
-        assert why_divergent(claimed, measure, Tally()) == ""
+        assert why_moments_diverge(claimed, measure, known).startswith(why)
+        assert bool(why_moments_diverge(claimed, measure, known)) is bool(why)
+        assert why_moments_diverge(claimed, measure, Tally()) == ""
 
 
 class TestOrders:
@@ -164,10 +171,78 @@ class TestOrders:
         assert found.verified == (1e-9 if resolved else 1.0)
         assert found.reason.has(Kind.FINER) is not resolved
 
+    def test_a_reason_names_the_lower_order_and_its_share_of_at_most_all(self):
+        """Half an order below the claim; a share without bound is told as all of the error."""
+        found = resolve_order(NOTHING._replace(verified=1e-9), Order(1.0), Estimate(7.0, 1.0), evidence())
+        assert "a term of order 0.5 may make up 100% of the error" in str(found.reason)
+        unknown = resolve_order(NOTHING._replace(verified=1e-9), Order(1.0), Estimate(float("nan"), 1.0), evidence())
+        assert "may make up 100% of the error" in str(unknown.reason)
+
+    def test_a_bias_adds_to_the_share_of_a_lower_term(self):
+        """One whose bias takes it to a tenth needs finer steps, one that its sample takes there more paths."""
+        sure = NOTHING._replace(verified=1e-9)
+        finer = resolve_order(sure, Order(1.0), Estimate(0.06, 1e-9), evidence(), bias=0.05)
+        more = resolve_order(sure, Order(1.0), Estimate(0.06, 0.05), evidence())
+        assert finer.reason.has(Kind.FINER)
+        assert finer.growth == inf
+        assert not more.reason.has(Kind.FINER)
+        assert more.growth == pytest.approx(Estimate(0.06, 0.05).growth_to_decide(0.1, 0.01))
+
+    def test_a_lower_term_leaves_an_order_that_paths_do_not_verify_as_it_is(self):
+        """Nothing is verified, and the reason is that of the order."""
+        found = resolve_order(NOTHING._replace(verified=0.5), Order(1.0), Estimate(0.5, 1e-9), evidence())
+        assert found == NOTHING
+
     def test_the_share_of_a_lower_term_is_between_0_and_1(self):
         """Its bound is the upper end of an interval; nothing is excluded where that is not finite."""
         found = [path_tests.order_resolution(Estimate(share, 1e-9), 0.99) for share in (-0.5, 2.0, float("nan"))]
         assert found == [0.0, 1.0, inf]
+
+
+class TestCoarseSteps:
+    """Levels that hold a refutation back."""
+
+    AGAINST = PathTests(1.0, 1e-9, Reason("figures"), limit=1e-9)
+
+    def levels(self, lost, count):
+        """Return the tests after the loss of paths on six levels, the finest `count` of which are used."""
+        found = replace(evidence(), health=Tally(sums={"lost": np.array(lost)}))
+        return hold_back(self.AGAINST, found, np.arange(6 - count, 6))
+
+    def test_paths_that_are_lost_next_to_few_levels_refute_nothing(self):
+        """The tests keep their suspicion, and the limit is as coarse as the order."""
+        held = self.levels([0.0, 2.0, 1.0, 0.0, 0.0, 0.0], 3)
+        assert (held.refuted, held.suspected, held.limit) == (1.0, 1e-9, 1.0)
+        assert "paths are lost at 2 step sizes, only 3 remain" in str(held.reason)
+
+    def test_four_levels_beyond_the_loss_do_refute(self):
+        """As do three without any loss."""
+        assert self.levels([0.0, 2.0, 0.0, 0.0, 0.0, 0.0], 4) == self.AGAINST
+        assert self.levels([0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 3) == self.AGAINST
+
+    def test_tests_that_speak_against_nothing_are_left(self):
+        """Whatever is lost."""
+        some = evidence()
+        assert hold_back(NOTHING, some, np.arange(3), "coarse") == NOTHING
+
+    @pytest.mark.parametrize(("verified", "refuted"), [(True, False), (False, True)])
+    @pytest.mark.parametrize(
+        ("rough", "at_few", "held"),
+        [
+            (Roughness("drift", lipschitz=True), False, (True, False)),
+            (Roughness("drift", lipschitz=True), True, (True, True)),
+            (Roughness("drift", lipschitz=True, in_time=True), False, (False, True)),
+            (None, True, (False, False)),
+        ],
+    )
+    def test_coefficients_that_are_not_smooth(self, monkeypatch, verified, refuted, rough, at_few, held):
+        """They hold back an order above theirs, and a refutation at few states or across a jump in time."""
+        monkeypatch.setattr("sdaeverify.verdicts.opinions.rough_coefficient", lambda view: rough)
+        said = LOCAL if verified else LOCAL._replace(verdict=Verdict.REFUTED)
+        found = of_smooth(said, 1.0, evidence(), at_few=at_few)
+        assert (found.verdict is Verdict.INCONCLUSIVE) is held[refuted]
+        open_ = LOCAL._replace(verdict=Verdict.INCONCLUSIVE)
+        assert of_smooth(open_, 1.0, evidence(), at_few=at_few) == open_
 
 
 class TestSamples:
@@ -259,6 +334,28 @@ class TestDecisions:
         refuted = LOCAL._replace(verdict=Verdict.REFUTED)
         assert up_to(1.0, refuted, claim, "words") == refuted
 
+    @pytest.mark.parametrize(("most", "held"), [(0.9, False), (0.89, True)])
+    def test_memory_of_too_low_an_order_leaves_a_verified_order_open(self, most, held):
+        """It must reach the least order that counts as the claimed one."""
+        found = of_memory(LOCAL, 0.9, most, 1.0)
+        assert (found.verdict is Verdict.INCONCLUSIVE) is held
+        assert found == LOCAL or "errors of order 0.89" in str(found.reason)
+
+    @pytest.mark.parametrize(("order", "held"), [(0.75, False), (0.76, True)])
+    def test_memory_of_nearly_the_same_order_leaves_a_refuted_order_open(self, order, held):
+        """It may cancel the errors of a step, unless their order is lower by a quarter."""
+        refuted = LOCAL._replace(verdict=Verdict.REFUTED)
+        found = of_memory(refuted, 1.4, 1.0, order)
+        assert (found.verdict is Verdict.INCONCLUSIVE) is held
+        assert found == refuted or "errors of order 1.00" in str(found.reason)
+
+    def test_memory_does_not_excuse_a_step_of_another_equation(self):
+        """Nor does it say anything of what is open."""
+        wrong = judge_departure("off")
+        assert of_memory(wrong, 1.4, 1.0, 1.5) == wrong
+        open_ = local_doubt("open")
+        assert of_memory(open_, 1.4, 1.0, 1.5) == open_
+
     def test_a_bound_as_large_as_the_quantity_says_nothing(self):
         """A size that is not known makes no bound void."""
         assert why_vacuous(1.0, 1.0)
@@ -287,7 +384,7 @@ class TestMeans:
         assert (order.tests.refuted < 1e-6) is refuted
 
 
-STEP = StrongOrder(1.0, 1.5, 2.0, 1.5, 2.0, True, 0.0, 1.0, 0.0, True, 1.0, True)
+STEP = StrongOrder(1.0, 1.5, 2.0, typical=1.0, plateau_h=0.0, means=True, ahead=1.0)
 
 
 class TestOneStep:
@@ -304,6 +401,7 @@ class TestOneStep:
         found = judge_strong(STEP._replace(order=order, ahead=order), 1.0, margin=0.2)
         assert found.verdict is verdict
         assert found.speaks_against
+        assert ("refuted below 0.8" in str(found.reason)) is (verdict is Verdict.INCONCLUSIVE)
 
     @pytest.mark.parametrize(("ahead", "verdict"), [(0.599, Verdict.INCONCLUSIVE), (0.601, Verdict.REFUTED)])
     def test_an_order_that_moves_by_a_tenth_is_not_settled(self, ahead, verdict):
@@ -316,13 +414,78 @@ class TestOneStep:
         found = judge_strong(STEP._replace(order=0.7, ahead=ahead, typical=typical), 1.0)
         assert found.verdict == verdict
 
-    @pytest.mark.parametrize(("share", "verdict"), [(0.51, Verdict.REFUTED), (0.5, Verdict.INCONCLUSIVE)])
-    def test_a_step_is_inconsistent_at_most_states(self, share, verdict):
-        """At fewer states it speaks against the claim."""
-        found = judge_strong(STEP._replace(consistent=False, inconsistent_share=share), 1.0)
-        assert found.verdict is verdict
+    def test_a_step_that_deviates_from_the_equation_is_refuted(self):
+        """Whatever its order is."""
+        found = judge_strong(STEP._replace(departure="off"), 1.0)
+        assert found.verdict is Verdict.REFUTED
         assert found.reason.has(Kind.INCONSISTENT)
-        assert found.speaks_against
+
+    def test_an_opinion_needs_an_order_and_a_claim_of_one(self):
+        """Without one of them there is none."""
+        assert judge_order(evidence(), None, STEP) is None
+        assert judge_order(evidence(), claim("round-off"), STEP) is None
+        assert judge_order(evidence(), ONE, None) is None
+        assert judge_order(evidence(), ONE, STEP).verdict is Verdict.VERIFIED
+
+    @pytest.mark.parametrize(("memory", "verdict"), [(0.91, Verdict.VERIFIED), (0.89, Verdict.INCONCLUSIVE)])
+    def test_memory_counts_up_to_the_tolerance(self, memory, verdict):
+        """An order a tenth below the claim counts as the claimed one."""
+        assert judge_order(evidence(), ONE, STEP._replace(memory=memory)).verdict is verdict
+
+    @pytest.mark.parametrize(("typical", "verdict"), [(0.91, Verdict.INCONCLUSIVE), (0.89, Verdict.REFUTED)])
+    def test_a_kink_excuses_a_low_order_at_few_states(self, monkeypatch, typical, verdict):
+        """Most of them have the claimed order up to the tolerance."""
+        kink = Roughness("drift", lipschitz=True)
+        monkeypatch.setattr("sdaeverify.verdicts.opinions.rough_coefficient", lambda view: kink)
+        low = STEP._replace(order=0.5, ahead=0.5, typical=typical)
+        assert judge_order(evidence(), ONE, low).verdict is verdict
+
+    @pytest.mark.parametrize(("p2", "verdict"), [(1.41, Verdict.INCONCLUSIVE), (1.39, Verdict.REFUTED)])
+    def test_a_mean_that_changes_its_sign_refutes_nothing(self, p2, verdict):
+        """If the root mean square has the claimed order."""
+        turning = STEP._replace(order=0.5, ahead=0.5, typical=0.5, turns=True, p2=p2)
+        assert judge_strong(turning, 1.0).verdict is verdict
+
+    @pytest.mark.parametrize(("ahead", "verdict"), [(0.91, Verdict.VERIFIED), (0.89, Verdict.INCONCLUSIVE)])
+    def test_an_order_that_falls_below_its_claim_at_the_next_size_is_not_verified(self, ahead, verdict):
+        """It speaks against the claim, and as a wrong limit if no order is left."""
+        found = judge_strong(STEP._replace(ahead=ahead), 1.0)
+        assert found.verdict is verdict
+        assert found.speaks_against is (verdict is Verdict.INCONCLUSIVE)
+        none = judge_strong(STEP._replace(ahead=-0.01), 1.0)
+        assert none.reason.has(Kind.INCONSISTENT)
+        assert not judge_strong(STEP._replace(ahead=0.01), 1.0).reason.has(Kind.INCONSISTENT)
+
+    def test_low_orders_of_which_one_has_settled_refute(self):
+        """Each kind of defect, and each group of states, has to be changing."""
+        changing, settled = (0.5, 0.8), (0.7, 0.7)
+        low = STEP._replace(order=0.5, ahead=0.7, typical=0.5)
+        assert judge_strong(low._replace(each=(changing, (1.0, 1.0))), 1.0).verdict is Verdict.INCONCLUSIVE
+        assert judge_strong(low._replace(each=(changing, settled)), 1.0).verdict is Verdict.REFUTED
+        assert judge_strong(low._replace(each=(changing,)), 1.0, sharp=False).verdict is Verdict.INCONCLUSIVE
+
+    @pytest.mark.parametrize(("now", "ahead"), [(0.5, 0.8), (0.8, 0.5)])
+    def test_a_low_order_that_falls_speaks_against_its_claim(self, now, ahead):
+        """One that rises does not."""
+        found = judge_strong(STEP._replace(order=now, ahead=ahead, typical=0.5), 1.0)
+        assert found.verdict is Verdict.INCONCLUSIVE
+        assert found.speaks_against is (ahead < now)
+
+    def test_a_step_that_cannot_be_compared_verifies_nothing(self):
+        """Its own differences have an order of any equation; they still refute."""
+        unknown = STEP._replace(compared=False)
+        assert judge_strong(unknown, 1.0).verdict is Verdict.INCONCLUSIVE
+        assert not judge_strong(unknown, 1.0).speaks_against
+        assert judge_strong(unknown._replace(order=0.5, ahead=0.5), 1.0).verdict is Verdict.REFUTED
+
+    @pytest.mark.parametrize(("order", "converges"), [(0.101, True), (0.099, False)])
+    def test_an_order_below_a_tenth_is_none(self, order, converges):
+        """The least order is 1/2. An order at much shorter steps only is one of steps that a run does not take."""
+        some = STEP._replace(order=order, ahead=order)
+        assert some.converges is converges
+        assert converges_later(some, STEP) is not converges
+        assert not converges_later(STEP, STEP)
+        assert not converges_later(some, some)
 
 
 class Bounded(Scheme):
@@ -431,7 +594,7 @@ class TestRules:
         """What is refuted becomes an error of the problem; what is verified stays so."""
         suspicion = Case(suspicion="a control is refuted")
         refuted = send(replace(SURE, verdict=Verdict.REFUTED, p_refuted=0.0), suspicion)
-        assert refuted.verdict is Verdict.ERROR
+        assert (refuted.verdict, refuted.p_refuted) == (Verdict.ERROR, 1.0)
         assert send(SURE, suspicion).verdict is Verdict.VERIFIED
         assert send(SURE, suspicion).excluded == {Verdict.REFUTED}
 

@@ -66,10 +66,17 @@ def with_octave(_, name="golden_euler"):
     return ["octave-cli", "--no-gui", "--norc", "-q", "-p", str(CLIENTS), str(PROGRAMS / f"{name}.m")]
 
 
+def with_r(_, name="golden_euler"):
+    """Return a program in R, which is told where the client is, as a command."""
+    need("Rscript")
+    return ["Rscript", "--vanilla", str(PROGRAMS / f"{name}.R"), str(CLIENTS / "sdaeverify.R")]
+
+
 LANGUAGES = {
     "C": lambda folder: built_c(folder, "golden_euler"),
     "C++": built_cpp,
     "Fortran": built_fortran,
     "Octave": with_octave,
     "Python": with_python,
+    "R": with_r,
 }

@@ -51,7 +51,7 @@ def flood_stderr():
 
 
 AT_HELLO = {
-    "silent": lambda: time.sleep(60),
+    "silent": lambda: time.sleep(600),
     "ends": lambda: sys.exit(3),
     "ends without a word": lambda: sys.exit(0),
     "dies": die,
@@ -71,7 +71,7 @@ AT_HELLO = {
     "half a number": lambda: (send(HELLO[:-4]), sys.exit(0)),
     "words on stderr": say_and_end,
     "flood on stderr": flood_stderr,
-    "closes its stdout": lambda: (os.close(1), time.sleep(60)),
+    "closes its stdout": lambda: (os.close(1), time.sleep(600)),
 }
 
 
@@ -96,8 +96,8 @@ IN_STEP = {
     "cost of another shape": lambda s, f: done(s, f, line="done x={x} cost.n=4", content=f["x"] + bytes(32)),
     "ends in an array": lambda s, f: (done(s, f, content=f["x"][:10]), sys.exit(0)),
     "dies in an array": lambda s, f: (done(s, f, content=f["x"][:10]), die()),
-    "stops in an array": lambda s, f: (done(s, f, content=f["x"][:10]), time.sleep(60)),
-    "single precision": lambda s, f: (done(s, f, content=f["x"][:12]), time.sleep(60)),
+    "stops in an array": lambda s, f: (done(s, f, content=f["x"][:10]), time.sleep(600)),
+    "single precision": lambda s, f: (done(s, f, content=f["x"][:12]), time.sleep(600)),
     "more than its answer": lambda s, f: done(s, f, content=f["x"] + b"more"),
     "answers twice": lambda s, f: (done(s, f), done(s, f)),
     "no shape": lambda s, f: done(s, f, line="done x=axb"),
@@ -115,10 +115,10 @@ IN_STEP = {
     "asks in another order": lambda s, f: send(b"ask drift x=1x3 t=1\n" + bytes(32)),
     "asks too much": lambda s, f: send(b"ask drift t=1 x=1x9999999999\n"),
     "asks and ends": lambda s, f: (send(b"ask drift t=1 x=1x3\n" + bytes(32)), os._exit(5)),
-    "asks half and stops": lambda s, f: (send(b"ask drift t=1 x=1x3\n" + bytes(9)), time.sleep(60)),
+    "asks half and stops": lambda s, f: (send(b"ask drift t=1 x=1x3\n" + bytes(9)), time.sleep(600)),
     "error": lambda s, f: (send(b"error no root within 50 iterations\n"), sys.exit(1)),
     "says hello again": lambda s, f: send(HELLO),
-    "silent in a step": lambda s, f: time.sleep(60),
+    "silent in a step": lambda s, f: time.sleep(600),
     "dies in a step": lambda s, f: die(),
     "stdin is never read": lambda s, f: None,
     "floods": lambda s, f: [send(b"done x=1x3\n" + f["x"]) for _ in range(10**6)],
@@ -131,7 +131,7 @@ def main():
     receive()
     AT_HELLO.get(FAULT, lambda: send(HELLO))()
     if FAULT == "stdin is never read":
-        time.sleep(60)
+        time.sleep(600)
     while (message := receive()) is not None:
         IN_STEP.get(FAULT, done)(*message)
 

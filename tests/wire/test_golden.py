@@ -5,12 +5,13 @@ import pytest
 
 from facade import gbm
 from sdaeverify import SchemeError
+from sdaeverify_wire.calling import Calling
 from sdaeverify_wire.check import checked
 from sdaeverify_wire.command import CLIENTS as FILES
-from sdaeverify_wire.program import Program, split_command
+from sdaeverify_wire.program import Program
 from sdaeverify_wire.scheme import scheme_of, session_of
 from sdaeverify_wire.transcript import GOLDEN, golden_conversation, read, replay, written
-from wire.compiling import CLIENTS, LANGUAGES, built_c, with_octave, with_python
+from wire.compiling import CLIENTS, LANGUAGES, built_c, with_octave, with_python, with_r
 
 ONE = b"\x00\x00\x00\x00\x00\x00\xf0\x3f"
 # Hello, and the step of one path: t = 1/2, h = 1/4, x = dW = -3/4; f = 3/8, B = -5/8, x + h f + B dW = -3/16.
@@ -43,7 +44,7 @@ def test_transcript_is_what_this_version_says():
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_client_answers_as_the_transcript(language, tmp_path):
     """A client of each language passes all that is checked, the golden transcript first."""
-    lines = list(checked(split_command(LANGUAGES[language](tmp_path)), 20.0, golden=True))
+    lines = list(checked(Calling.of(LANGUAGES[language](tmp_path), 20.0), golden=True))
 
     assert lines[0] == "transcript: 10 answers are those of the golden transcript"
     assert lines[-1] == "steps: equal with 1, 3, 5000 paths"
@@ -63,7 +64,7 @@ def test_each_client_is_a_file():
     assert "UNTESTED" in (CLIENTS / FILES["julia"]).read_text()
 
 
-@pytest.mark.parametrize("language", [with_python, with_octave], ids=["Python", "Octave"])
+@pytest.mark.parametrize("language", [with_python, with_octave, with_r], ids=["Python", "Octave", "R"])
 def test_client_keeps_a_memory(language, tmp_path):
     """The memory that a state is entered with comes back with each step, and is no component of the solution."""
     scheme, problem, h = scheme_of(language(tmp_path, "remembers"), 20.0), gbm(), 0.25
@@ -72,7 +73,7 @@ def test_client_keeps_a_memory(language, tmp_path):
         np.testing.assert_array_equal(state.memory, np.full((1, 5), step * h))
         noise = problem.drawn(np.random.default_rng(1), h, 5)
         state = scheme.step(problem, state, step * h, h, noise).state
-    session_of(scheme.command, scheme.patience).drop()
+    session_of(scheme.calling).drop()
 
     assert list(scheme.parts(problem, state)) == ["x"]
     np.testing.assert_array_equal(state.x, problem.initial(5))

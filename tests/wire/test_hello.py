@@ -8,6 +8,7 @@ import pytest
 
 from facade import gbm, pendulum
 from sdaeverify import GAUSSIAN, SDE, THREE_POINT, Claim, SchemeError
+from sdaeverify_wire.calling import Calling
 from sdaeverify_wire.coefficients import FORMS, Coefficients
 from sdaeverify_wire.hello import Hello, read_hello
 from sdaeverify_wire.messages import Line, encode, read_line
@@ -47,7 +48,7 @@ def test_lines_of_a_hello():
 
 def test_scheme_is_what_the_hello_says():
     """Name, forms, noise and claims are the program's; a worker makes the same class of it without starting it."""
-    scheme = restored(("/no/such/program",), read_hello(LINES), 1.0)
+    scheme = restored(Calling(("/no/such/program",), 1.0, ""), read_hello(LINES))
 
     assert scheme.label == "my-scheme"
     assert scheme.forms[0] is SDE
@@ -58,7 +59,7 @@ def test_scheme_is_what_the_hello_says():
 def test_law_and_flags_are_those_of_the_scheme():
     """What the hello says of the noise and of single steps is what the framework asks of the class."""
     lines = ["name a", "form SDE", "law three-point", "is discontinuous-in-noise corrected-later"]
-    said, plain = (restored(("p",), read_hello(each), 1.0) for each in (lines, lines[:2]))
+    said, plain = (restored(Calling(("p",), 1.0, ""), read_hello(each)) for each in (lines, lines[:2]))
 
     assert (said.law, said.discontinuous_in_noise, said.local_order_is_global) == (THREE_POINT, True, False)
     assert (plain.law, plain.discontinuous_in_noise, plain.local_order_is_global) == (GAUSSIAN, False, True)
@@ -71,10 +72,10 @@ def test_problems_it_cannot_have_are_refused():
         "needs scalar-noise diagonal-noise": "",
     }
     for line, why in lines.items():
-        assert restored(("p",), read_hello(["name a", "form SDE", line]), 1.0).refuses(gbm()) == why
-    scheme = restored(("p",), read_hello(["name a", "form HolonomicSDAE", "most n=1 m=3"]), 1.0)
+        assert restored(Calling(("p",), 1.0, ""), read_hello(["name a", "form SDE", line])).refuses(gbm()) == why
+    scheme = restored(Calling(("p",), 1.0, ""), read_hello(["name a", "form HolonomicSDAE", "most n=1 m=3"]))
     assert scheme.refuses(pendulum()) == "it is for n = 1 at most, and the problem has n = 2"
-    scheme = restored(("p",), read_hello(["name a", "form SDE", "asks constraint"]), 1.0)
+    scheme = restored(Calling(("p",), 1.0, ""), read_hello(["name a", "form SDE", "asks constraint"]))
     assert scheme.refuses(gbm()) == "it asks constraint, which the problem does not have"
 
 
@@ -126,7 +127,7 @@ def test_answers_have_all_paths():
 
 def test_kit_names_a_program_that_is_gone():
     """A program that was removed after it was registered is one line of the kit, as any fault."""
-    scheme = restored((f"{sys.executable}-gone",), Hello("gone", ("SDE",)), 1.0)
+    scheme = restored(Calling((f"{sys.executable}-gone",), 1.0, ""), Hello("gone", ("SDE",)))
 
     with pytest.raises(SchemeError, match="cannot be started: No such file or directory"):
         scheme.step(gbm(), gbm().initial(2), 0.0, 0.5, gbm().drawn(np.random.default_rng(1), 0.5, 2))

@@ -22,6 +22,10 @@ PAIRS = {
     "wired_holonomic": (twins.HalfExplicit, "pendulum", (pendulum,)),
     "wired_delay": (twins.DelayEuler, "delay-linear", (delay_linear,)),
 }
+# Every change makes whole runs of the first pair; the others take minutes together.
+WITH_MARKS = [
+    pytest.param(name, marks=pytest.mark.slow if place else pytest.mark.long) for place, name in enumerate(PAIRS)
+]
 # Columns of a run that tell of the machine, and texts in which the author's words for a claim stand.
 OWN = {"seconds", "source", "cpu_seconds"}
 
@@ -33,12 +37,16 @@ def programs(tmp_path_factory):
 
     def build(name, *flags):
         if (name, flags) not in known:
-            known[name, flags] = built_c(folder, name, *flags)
+            # A folder each: a program with other flags would take the place of the one that was built before.
+            place = folder / str(len(known))
+            place.mkdir()
+            known[name, flags] = built_c(place, name, *flags)
         return known[name, flags]
 
     return build
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("name", PAIRS)
 def test_steps_have_the_same_bits(name, programs):
     """Many steps from the start, with any number of paths, end at the same state to the last bit."""
@@ -57,7 +65,7 @@ def test_steps_have_the_same_bits(name, programs):
                 np.testing.assert_array_equal(*map(flatten, states))
                 if recall is not None:
                     recall.push(states[0].x)
-    session_of(wired.command, wired.patience).drop()
+    session_of(wired.calling).drop()
 
 
 def run(folder, plugin, *arguments):
@@ -86,8 +94,7 @@ def plugins(folder, programs, name, *flags):
     return wired, twin
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("name", WITH_MARKS)
 def test_runs_have_the_same_bits(name, programs, tmp_path):
     """All measures, order conditions and random members of a run say the same of both, in every digit."""
     label, problem = name.replace("_", "-"), PAIRS[name][1]
@@ -102,6 +109,7 @@ def test_runs_have_the_same_bits(name, programs, tmp_path):
         assert "error" not in {row.get("verdict") for row in wired}
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_orders_have_the_same_bits(programs, tmp_path):
     """The conditions of all trees are the same, and a wrong sign is refuted by its tree."""
@@ -117,21 +125,22 @@ def test_orders_have_the_same_bits(programs, tmp_path):
 
 
 @pytest.mark.slow
-def test_gate_hunt_and_kit_say_the_same(programs, tmp_path):
+@pytest.mark.parametrize("name", WITH_MARKS)
+def test_gate_hunt_and_kit_say_the_same(name, programs, tmp_path):
     """A lock, a search for a counterexample and the checks of the kit do not differ between the two."""
-    said = []
-    for kind, plugin in zip(("wired", "twin"), plugins(tmp_path, programs, "wired_milstein"), strict=True):
-        lines = [f"plugins = [{str(plugin)!r}]", 'tier = "smoke"', 'problems = ["gbm"]', f'lock = "{kind}.lock"']
+    said, label, problem = [], name.replace("_", "-"), PAIRS[name][1]
+    for kind, plugin in zip(("wired", "twin"), plugins(tmp_path, programs, name), strict=True):
+        lines = [
+            f"plugins = [{str(plugin)!r}]",
+            'tier = "smoke"',
+            f'problems = ["{problem}"]',
+            f'lock = "{kind}.lock"',
+        ]
         (tmp_path / "pyproject.toml").write_text("\n".join(["[tool.sdaeverify]", *lines, ""]))
-        gated = subprocess.run(
-            [sys.executable, "-m", "sdaeverify", "gate", "--write-lock"],
-            cwd=tmp_path,
-            capture_output=True,
-            check=False,
-        )
-        hunted = run(tmp_path, plugin, "hunt", "wired-milstein", "-m", "strong", "--examples", "10")
-        checked = run(tmp_path, plugin, "check", "wired-milstein", "gbm")
-        assert [done.returncode for done in (gated, hunted, checked)] == [0, 0, 0]
+        gated = run(tmp_path, None, "gate", "--write-lock", "--progress", "none")
+        hunted = run(tmp_path, plugin, "hunt", label, "-m", "strong", "--examples", "2")
+        checked = run(tmp_path, plugin, "check", label, problem)
+        assert [done.returncode for done in (gated, hunted, checked)] == [0, 0, 0], gated.stdout + gated.stderr
         said.append(((tmp_path / f"{kind}.lock").read_text(), hunted.stdout, checked.stdout))
 
     assert said[0] == said[1]

@@ -11,7 +11,6 @@ from rich.text import Text
 
 from sdaeverify import Settings
 from sdaeverify.commands import (
-    PAGE,
     ExitCode,
     TablePage,
     codes_in_words,
@@ -83,7 +82,7 @@ def calibrate(**asked: Any) -> ExitCode:
 def _save(calibration: Calibration, registry: Registry, folder: Path, command: str) -> None:
     table = rate_table(calibration.rates, calibration.plan)
     write_table(table, folder / CSV)
-    write_tables(folder / PAGE, f"Calibration: {len(table)} rates", [TablePage.of("Calibration", table)])
+    write_tables(folder, f"Calibration: {len(table)} rates", [TablePage.of("Calibration", table)])
     made = describe_making(registry, calibration.plan.seed, ())
     write_text(markdown(calibration.rates, calibration.plan, command, made), folder / MARKDOWN)
 

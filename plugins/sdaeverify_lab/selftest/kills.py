@@ -11,7 +11,7 @@ from rich.text import Text
 from sdaeverify import Scheme
 from sdaeverify.commands import empty_table, visible
 from sdaeverify.measuring import Finding, Verdict
-from sdaeverify.studying import UNMEASURED, Cell, CellResult, is_of_class, tier_name
+from sdaeverify.studying import Cell, CellResult, tier_name
 
 from ..cases import Planted
 from .trial import SelfTest
@@ -88,6 +88,12 @@ class KillMatrix:
         return [bug for bug in self.bugs if not (bug.as_expected or bug.planted.equivalent)]
 
     @property
+    def refuted(self) -> frozenset[Scheme]:
+        """Planted schemes that are refuted on the problem of each of their bugs."""
+        survive = {bug.planted.scheme for bug in self.bugs if not bug.kills}
+        return frozenset(bug.planted.scheme for bug in self.bugs) - survive
+
+    @property
     def equivalents(self) -> list[BugResult]:
         """Equivalent changes."""
         return [bug for bug in self.bugs if bug.planted.equivalent]
@@ -100,7 +106,7 @@ class KillMatrix:
     @property
     def unmeasured(self) -> list[JudgedCell]:
         """Findings on registered schemes that could not be measured."""
-        return [judged for judged in self.correct if judged.finding.verdict in UNMEASURED]
+        return [judged for judged in self.correct if judged.finding.verdict.unmeasured]
 
     @property
     def passed(self) -> bool:
@@ -129,7 +135,7 @@ def kill_matrix(trial: SelfTest, results: Sequence[CellResult]) -> KillMatrix:
     for result in filter(_decides, results):
         planted = bugs_of.get(result.cell.scheme, [])
         for bug in planted:
-            if is_of_class(result.cell) or trial.placed[bug].label == result.cell.spec.label:
+            if result.cell.class_name is not None or trial.placed[bug].label == result.cell.spec.label:
                 found[bug].append(result)
         if not planted:
             correct += (JudgedCell(result.cell, finding) for finding in result.findings if _counts(finding))
@@ -141,7 +147,7 @@ def kill_matrix(trial: SelfTest, results: Sequence[CellResult]) -> KillMatrix:
 
 def _decides(result: CellResult) -> bool:
     """Return whether a result is on a problem, or verifies, refutes or fails to measure a claim about a class."""
-    return not is_of_class(result.cell) or any(finding.verdict in DECIDED for finding in result.findings)
+    return result.cell.class_name is None or any(finding.verdict in DECIDED for finding in result.findings)
 
 
 def check_of(measure: str, finding: Finding) -> Refuter:
@@ -150,7 +156,7 @@ def check_of(measure: str, finding: Finding) -> Refuter:
 
 
 def _counts(finding: Finding) -> bool:
-    return finding.claim is not None or finding.verdict in UNMEASURED
+    return finding.claim is not None or finding.verdict.unmeasured
 
 
 def _checks(results: Iterable[CellResult]) -> set[Refuter]:
@@ -158,7 +164,7 @@ def _checks(results: Iterable[CellResult]) -> set[Refuter]:
         check_of(result.cell.measure.name, finding)
         for result in results
         for finding in result.findings
-        if finding.claim is not None and finding.verdict not in UNMEASURED
+        if finding.claim is not None and not finding.verdict.unmeasured
     }
 
 

@@ -43,6 +43,14 @@ class SelfTest:
     placed: Mapping[Planted, ProblemSpec] = field(default_factory=dict)
     missing: Mapping[Planted, str] = field(default_factory=dict)
 
+    def plan_of(self, wanted: Callable[[Scheme], bool]) -> Plan:
+        """Return the part of the plan with the cells of some schemes."""
+        parts = (
+            replace(each, cells=tuple(cell for cell in each.cells if wanted(cell.scheme)))
+            for each in self.plan.problems
+        )
+        return Plan(tuple(part for part in parts if part.cells))
+
 
 def selftest_trial(registry: Registry, only: str = "*") -> SelfTest:
     """Plan a self-test.

@@ -57,7 +57,7 @@ from sdaeverify.measuring import (
     why_not_claimed,
     with_sample,
 )
-from sdaeverify.numerics import Tail, tail
+from sdaeverify.numerics import Tail
 from sdaeverify.probing import OneStep, why_not_resolved
 
 from .semi_stability import POWER, Growth, growth, lyapunov
@@ -203,7 +203,7 @@ class LargestValues(NamedTuple):
     def tail(self, row: int) -> Tail:
         """Return the tail diagnostics of a level, or of the truth."""
         total, squares = self.sums[:, row].sum(axis=0)
-        return tail(float(total), float(squares), self.largest[row], self.paths)
+        return Tail.of(float(total), float(squares), self.largest[row], self.paths)
 
     def excess(self, bound: float) -> Array:
         """Return, by level and threshold, the probability of at least the observed exceedances if E V <= bound."""

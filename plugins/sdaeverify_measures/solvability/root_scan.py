@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 
 from sdaeverify import Array, Increment, Problem, Scheme
-from sdaeverify.numerics import all_finite
 from sdaeverify.probing import OneStep, extreme_states
 
 # Two step sizes per decade.
@@ -71,7 +70,7 @@ def _level(step: OneStep, x: Array, noise: Array, h: float) -> tuple[Array, Arra
     result = step.make(wide, t, h, increment)
     failed = np.zeros(wide.shape[1], dtype=bool) if result.failed is None else result.failed
     state = result.state if isinstance(result.state, tuple) else (result.state,)
-    return _any_of_pairs(failed), _any_of_pairs(~all_finite(np.concatenate(state)))
+    return _any_of_pairs(failed), _any_of_pairs(~np.isfinite(np.concatenate(state)).all(axis=0))
 
 
 def _any_of_pairs(bad: Array) -> Array:

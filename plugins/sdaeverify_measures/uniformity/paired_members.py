@@ -19,7 +19,8 @@ import numpy as np
 
 from sdaeverify import Array, Parts, Problem, Scheme, Settings
 from sdaeverify.measuring import group_sums
-from sdaeverify.probing import LevelNoise, Source, StiffnessFamily, brownian_steps
+from sdaeverify.probing import StiffnessFamily
+from sdaeverify.studying import Brownian, LevelNoise, Source
 
 from .._members import member, stiffnesses
 
@@ -129,7 +130,7 @@ class _Paths:
         The paths end early if more than `most` met a step without a root, because their errors are not used. The
         coarsest step is exempt, because it may be too long for all eps.
         """
-        steps = brownian_steps(source, self.problem.noise_dim, float(self.h[0]), len(self.h) - 1 + FINER)
+        steps = Brownian(source, self.problem.noise_dim, float(self.h[0]), len(self.h) - 1 + FINER).steps()
         for _, levels in zip(range(round(self.problem.horizon / self.h[0])), steps, strict=False):
             self._advance(levels)
             if self.failed[1:].sum(axis=1).max() > most:

@@ -35,13 +35,11 @@ from sdaeverify.probing import (
     StepNoise,
     StiffnessFamily,
     cloud,
-    error_floors,
     invariant_errors,
     linear_equation,
     mean_square_distance,
     moment_errors,
     step_nodes,
-    why_not_evidence,
 )
 
 from .._members import member, stiffnesses
@@ -254,7 +252,7 @@ def invariant_suprema(scheme: Scheme, view: Problem, steps: Sequence[int]) -> Un
         size = np.maximum(record.spread, np.abs(record.exact))
         # A step that is returned to its initial state is no longer the scheme's.
         broken = np.where(record.failed > FAILED, inf, 0.0)[:, None]
-        return record.errors, error_floors(record) + broken, size, float(not why_not_evidence(record))
+        return record.errors, record.floors + broken, size, float(not record.why_not_evidence)
 
     return _collect_errors(view, steps, stiffnesses(OPERATORS_PER_DECADE), of)
 
@@ -333,7 +331,7 @@ def why_not_uniform_defects(scheme: Scheme, view: Any) -> str:
     """Return why one step of a family cannot be evaluated for all eps, or an empty string."""
     law, motions = scheme.law, view.noise_dim
     if law.bounded and len(law.values) ** (2 * motions) > MOST_PAIRS:
-        return f"two steps with {law.name} increments in {motions} dimensions take too many values"
+        return f"two steps with {law.name} increments in {motions} dimensions take too many values to enumerate"
     return OneStep(scheme, member(view)).why_not_probed()
 
 

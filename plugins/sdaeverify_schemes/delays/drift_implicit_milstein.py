@@ -7,6 +7,7 @@ import numpy as np
 from sdaeverify import Array, Claim, DelayState, Increment, IndexOneSDAE, Scheme, Step, hookimpl
 from sdaeverify.numerics import directional, is_analytic, solve
 
+from .._small_steps import STABLE
 from ._root import hold_failed, regular
 from ._theta import Begun, solve_coupled
 
@@ -34,6 +35,7 @@ class DriftImplicitMilstein(Scheme):
         Claim(measure="strong", value=1.0, when=frozenset({"commutative-noise"}), source=f"{PAPER}; {LOCAL}"),
         Claim(measure="weak", value=1.0, source=f"{LOCAL}; Kloeden & Platen 1992, section 14.1"),
         Claim(measure="drift", value="round-off", when=frozenset({"algebraic"}), source="y solves the constraint"),
+        STABLE,
     )
     source: ClassVar[str] = "Winkler 2004, J. Comput. Appl. Math. 163, 435; Kloeden & Platen 1992, section 12.2"
 

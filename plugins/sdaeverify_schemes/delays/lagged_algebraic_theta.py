@@ -1,7 +1,7 @@
 """The stochastic theta method for delay equations that solves for x with the old y, unlike (2.10)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -10,9 +10,16 @@ from sdaeverify import Array, Claim, DelaySDAE, DelayState, Increment, Parameter
 from sdaeverify.numerics import Root
 
 from .._euler_orders import STRONG_HALF
+from .._small_steps import STABLE
 from ._orders import DELAYED
 from ._root import hold_failed, regular
 from ._theta import algebraic, begin_step, run_newton
+
+SMALL_STEPS = replace(
+    STABLE,
+    when=frozenset({"no-delay"}),
+    source="second moments of a positive strong order: spectral radius below 1 for small h, growth rate a < 0",
+)
 
 
 @dataclass(frozen=True)
@@ -32,7 +39,7 @@ class LaggedAlgebraicTheta(Scheme):
 
     name: ClassVar[str] = "lagged-algebraic-theta"
     form: ClassVar[type[DelaySDAE]] = DelaySDAE
-    claims: ClassVar[tuple[Claim, ...]] = (*STRONG_HALF, *DELAYED)
+    claims: ClassVar[tuple[Claim, ...]] = (*STRONG_HALF, *DELAYED, SMALL_STEPS)
     source: ClassVar[str] = "Qu, Huang & Liu 2010, (2.10) with y_n in the place of y_{n+1} in f"
 
     def __post_init__(self) -> None:

@@ -85,7 +85,11 @@ class Equations(NamedTuple):
         return self._replace(r=self.r[:, paths], v=self.v[:, paths], kick=self.kick[:, paths])
 
     def defects(self, x: Unknowns) -> Defects:
-        """Evaluate the residuals of the equations."""
+        """Return the four residuals of a step at values of its unknowns, their sum of squares, and the terms in them.
+
+        The residuals are those of positions, of velocities, of the constraint g(r) = 0 and of J(r) v = 0 at the new
+        positions r.
+        """
         problem, r = self.problem, self.r + x.xi
         J = problem.linearised(r)
         shift = problem.push(J, x.nu)

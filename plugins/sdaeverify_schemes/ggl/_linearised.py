@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdaeverify import Array
-from sdaeverify.numerics import BlockBanded, apply, identity, largest, solve, solve_blocks
+from sdaeverify.numerics import BlockBanded, apply, largest, solve, solve_blocks
 
 from ._equations import Defects, Equations, Unknowns
 
@@ -77,7 +77,8 @@ class Linearised(NamedTuple):
 
     def _matrix(self) -> Matrix:
         blocks, h, minus = self.equations.problem.blocks, self.equations.h, -1.0 * self.N
-        A_r, unused = identity(blocks.nodes, len(self.equations.r) // blocks.nodes) - self.turning, blocks.empty_slots
+        one, unused = BlockBanded.identity(blocks.nodes, len(self.equations.r) // blocks.nodes), blocks.empty_slots
+        A_r = one - self.turning
         # Signs are applied to the smallest factors. The unknown of a slot without constraint is 0.
         return (
             (unused + self.Dg @ minus, h * self.V + self.Dg @ A_r, None),
@@ -130,5 +131,5 @@ def linearise(equations: Equations, x: Unknowns) -> Linearised:
     stiffness, N = h * a_r + pulling, Dg.transposed()
     if W is not None:
         a_v, stiffness, turning, N = (W @ part for part in (a_v, stiffness, turning, N))
-    A_v = identity(blocks.nodes, len(r) // blocks.nodes) + (-h) * a_v
+    A_v = BlockBanded.identity(blocks.nodes, len(r) // blocks.nodes) + (-h) * a_v
     return Linearised(equations, A_v, N, Dg, V, turning, stiffness)

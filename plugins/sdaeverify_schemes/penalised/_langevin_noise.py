@@ -13,7 +13,6 @@ from sdaeverify import (
     Law,
     ParameterError,
     Scheme,
-    clipped_gaussian,
 )
 
 LAWS = ("gaussian", "three-point", "clipped")
@@ -50,7 +49,7 @@ class LangevinScheme(Scheme):
     @property
     def law(self) -> Law:
         """Law of dW."""
-        return {"gaussian": GAUSSIAN, "three-point": THREE_POINT}.get(self.xi) or clipped_gaussian(self.p)
+        return {"gaussian": GAUSSIAN, "three-point": THREE_POINT}.get(self.xi) or Law.clipped_gaussian(self.p)
 
     @property
     def promises(self) -> tuple[Claim, ...]:

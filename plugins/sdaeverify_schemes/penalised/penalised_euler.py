@@ -4,6 +4,7 @@ from typing import ClassVar
 
 from sdaeverify import Array, Claim, ConstrainedLangevin, Increment, Scheme, Step, hookimpl
 
+from .._small_steps import STABLE
 from ._langevin_noise import LangevinScheme
 
 
@@ -17,6 +18,7 @@ class PenalisedEuler(LangevinScheme):
     claims: ClassVar[tuple[Claim, ...]] = (
         Claim(measure="weak", value=1.0, source="Laurent 2022, section 1, for h much smaller than eps"),
         Claim(measure="invariant", value=1.0, source="Laurent 2022, section 1: the weak order at least"),
+        STABLE,
         Claim(
             measure="strong",
             value=1.0,

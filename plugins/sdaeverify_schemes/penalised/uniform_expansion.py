@@ -1,11 +1,13 @@
 """The explicit expansion of the uniformly accurate step."""
 
+from dataclasses import replace
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from sdaeverify import Array, Claim, ConstrainedLangevin, ConstraintGeometry, Increment, Scheme, Step, hookimpl
 
+from .._small_steps import STABLE
 from ._langevin_noise import LangevinScheme
 from ._penalty_integrals import PenaltyIntegrals
 
@@ -74,6 +76,7 @@ class UniformExpansion(LangevinScheme):
     claims: ClassVar[tuple[Claim, ...]] = (
         Claim(measure="weak", value=1.0, when=PENALISED, source="Laurent 2022, Proposition 3.3, for fixed eps"),
         Claim(measure="invariant", value=1.0, when=PENALISED, source="the weak order at least"),
+        replace(STABLE, when=PENALISED),
         Claim(
             measure="strong",
             value=1.0,

@@ -16,6 +16,7 @@ from sdaeverify import (
     hookimpl,
 )
 
+from .._small_steps import STABLE
 from ._implicit_langevin import ImplicitLangevin
 from ._uniform_weights import Weights
 
@@ -66,6 +67,7 @@ class UniformlyAccurate(ImplicitLangevin):
         Claim(measure="limits", value=0.5, source="Laurent 2022, Theorem 2.9"),
         Claim(measure="limits", quantities=STILL, value=1.0, source="Laurent 2022, Theorem 2.9, for sigma = 0"),
         Claim(measure="effort", value="iterations", bound=16, share=0.9, source=CONTRACTION),
+        STABLE,
     )
     source: ClassVar[str] = "Laurent 2022, (2.2), (2.4) and Remark 2.11"
 

@@ -14,11 +14,11 @@ from ...errors import UsageError
 from ...registry.load import Registry
 from ...registry.selection import select_problems, select_schemes
 from ...report.cells import grouped
-from ...report.plain import text_table
+from ...report.plain import fits_width, text_table, visible, wrap_text
 from ...testing.questions import Question, Row, problem_questions, scheme_questions
 from ...testing.subjects import ProblemSubject, SchemeSubject
 from ..completion import names_of
-from ..console import output, output_to_stderr, print_json
+from ..console import output, output_to_stderr, print_json, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 from ..loading import load_and_warn
 from ..options import plugins
@@ -41,8 +41,8 @@ STYLES = {"passed": "green", "failed": "bold red", "skipped": "dim"}
 def check(**options: Any) -> ExitCode:
     """Run every check of the conformance kit on schemes and problems: contract, derivatives, truths, controls.
 
-    NAME is a scheme or a problem, with parameters or as a glob. Prints the checks that did not pass, and how many
-    did.
+    NAME is a scheme or a problem, with parameters or as a glob. Prints the checks that did not pass, and
+    counts the others.
     """
     registry = load_and_warn(options["plugins"])
     with output_to_stderr():
@@ -94,9 +94,22 @@ def _show(rows: list[Row]) -> None:
         status = Text(str(row["status"]), style=STYLES[str(row["status"])])
         cells.append((status, row["subject"], f"{row['check']}{more}", row["problem"], row["reason"]))
     if cells:
-        console.print(text_table(("", "subject", "check", "problem", "reason"), cells))
+        table = text_table(("", "subject", "check", "problem", "reason"), cells)
+        if fits_width(console, table):
+            console.print(table)
+        else:
+            print_texts(console, (line for each in cells for line in _paragraph(each, console.width)))
         console.print()
     counts = Counter(str(row["status"]) for row in rows)
     words = ", ".join(f"{counts[status] or 'none'} {status}" for status in STYLES)
     style = "red" if counts["failed"] else "green"
     console.print(f"{counted(len(rows), 'check')}: {words}", style=style, soft_wrap=True)
+
+
+def _paragraph(cells: tuple[Text, object, str, object, object], width: int) -> list[Text]:
+    """Return the cells of a row as a sentence, wrapped between words, with the style of its first word."""
+    status, subject, check, problem, reason = cells
+    place = f" on {problem}" if problem else ""
+    lines = [*map(Text, wrap_text(visible(f"{status} {subject}{place}, {check}: {reason}"), width, "    "))]
+    lines[0].stylize(status.style, 0, len(status))
+    return lines

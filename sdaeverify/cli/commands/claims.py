@@ -1,5 +1,6 @@
 """``claims``: summarize the findings of a run for each claim of a scheme."""
 
+import shlex
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -9,15 +10,15 @@ import click
 from ...contracts.labels import is_meant
 from ...contracts.spelling import counted, did_you_mean
 from ...errors import UsageError
-from ...report.folders import read_verdicts
+from ...report.folders import RUN, read_verdicts
 from ...report.plain import visible
 from ...report.saved import claims_of, read_attacks
-from ...report.sentences import lines_of
+from ...report.sentences import wrap_styled
 from ...report.tables.claims import REFUTED, UNDECIDED, UNMEASURED, UNTESTED, VERIFIED, KnownClaim, known_claims
 from ...report.verdict_row import VerdictRow
 from .. import options
 from ..completion import names_of
-from ..console import conclude, output, print_json, print_texts
+from ..console import complain, conclude, output, print_json, print_texts
 from ..exit_codes import ExitCode, codes_in_words
 
 # Verdict whose style is used for a claim, by the worst outcome of the claim.
@@ -30,7 +31,7 @@ LOOKS = {
 }
 
 
-@click.command(epilog=codes_in_words(), short_help="Tell all that is known of each claim of a scheme.")
+@click.command(epilog=codes_in_words(), short_help="List the findings of a run on each claim of a scheme.")
 @click.argument("scheme", metavar="SCHEME", shell_complete=names_of("schemes"))
 @click.argument("folder", type=options.PLACE, metavar="[RUN]", default=Path("reports", "latest"))
 @click.option("-m", "--measures", multiple=True, metavar="PATTERN", help="Claims about measures: names or globs.")
@@ -41,9 +42,16 @@ def claims(scheme: str, folder: Path, measures: Sequence[str], as_json: bool) ->
     The line counts the findings on problems, for classes of equations and of hunts: verified, refuted, undecided, not
     measured. A claim without findings is tested nowhere. The default folder is reports/latest.
     """
+    if (Path(scheme) / RUN).is_file():
+        raise UsageError(
+            f"expected SCHEME, got the folder of a run; sdaeverify claims '*' {shlex.quote(scheme)} shows it"
+        )
     tables = read_verdicts(folder)
     rows = map(VerdictRow.from_row, (*tables.verdicts, *tables.classes))
-    every = known_claims(rows, claims_of(tables.run, folder), read_attacks(folder))
+    attacks, why = read_attacks(folder)
+    if why:
+        complain("warning", why)
+    every = known_claims(rows, claims_of(tables.run, folder), attacks)
     patterns = ",".join(measures)
     known = [each for each in every if is_meant(each.scheme, scheme) and is_meant(each.measure, patterns)]
     if not known:
@@ -56,8 +64,8 @@ def claims(scheme: str, folder: Path, measures: Sequence[str], as_json: bool) ->
         return code_of_claims(known)
     console = output()
     for each in known:
-        print_texts(console, lines_of(visible(each.sentence), console.width, "    ", LOOKS[each.worst]))
-    print_texts(console, lines_of(_counts(known), console.width))
+        print_texts(console, wrap_styled(visible(each.sentence), console.width, "    ", LOOKS[each.worst]))
+    print_texts(console, wrap_styled(_counts(known), console.width))
     return conclude(code_of_claims(known))
 
 

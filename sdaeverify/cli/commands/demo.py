@@ -10,7 +10,7 @@ from ...contracts.settings import Settings
 from ...registry.load import Registry
 from ...report.files import require_writable
 from ...report.plain import visible
-from ...report.sentences import counts_of, lines_of, overview
+from ...report.sentences import counts_of, overview, wrap_styled
 from ...report.verdict_row import VerdictRow
 from ...workers.limits import read_limits
 from ..console import output, output_to_stderr, print_texts
@@ -58,4 +58,4 @@ def _show(rows: list[VerdictRow], out: Path) -> None:
         f"Next: sdaeverify show {out} milstein gbm",
         "      sdaeverify matrix -p gbm",
     ]
-    print_texts(console, [line for text in told for line in lines_of(visible(text), console.width)])
+    print_texts(console, [line for text in told for line in wrap_styled(visible(text), console.width)])

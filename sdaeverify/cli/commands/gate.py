@@ -14,8 +14,8 @@ from ...gate.gated import Gated
 from ...gate.github import annotations, fence, markdown_report
 from ...gate.policy import Policy, read_policy
 from ...gate.tiers import TIERS, seed_of
-from ...registry.discovery import absolute
 from ...registry.load import Registry
+from ...registry.sources import absolute_plugin
 from ...workers.limits import read_limits
 from ..console import complain
 from ..exit_codes import ExitCode, codes_in_words
@@ -103,8 +103,8 @@ def policy_of(options: dict[str, Any]) -> Policy:
     given |= {name: tuple(options[name]) for name in ("schemes", "problems", "measures") if options[name]}
     if options["seed_from"] == "date":
         given["seed"] = seed_of(datetime.now(UTC).date())
-    files = (*policy.plugins, *(str(absolute(file)) for file in options["plugins"]))
-    return structs.replace(policy, plugins=tuple(dict.fromkeys(files)), **given)
+    named = (*policy.plugins, *map(absolute_plugin, options["plugins"]))
+    return structs.replace(policy, plugins=tuple(dict.fromkeys(named)), **given)
 
 
 def _own_plugins_work(registry: Registry, policy: Policy) -> bool:

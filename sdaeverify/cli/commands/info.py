@@ -255,11 +255,12 @@ def _form(form: type[Problem], registry: Registry) -> Iterator[str]:
     if having:
         example = having[0].make({})
         problem = make(example.label, example.build, given=False)
-        seen = (
+        seen = [
             scheme.name for scheme in _schemes(registry) if scheme.view_of(problem) and scheme.name not in solving
-        )
-        yield f"schemes that solve another view of {example.label}: {', '.join(seen) or 'none'}"
-    yield f"problems that are declared to have it: {', '.join(entry.name for entry in having) or 'none'}"
+        ]
+        if seen:
+            yield f"schemes that solve {example.label} in another form: {', '.join(seen)}"
+    yield f"problems of this form: {', '.join(entry.name for entry in having) or 'none'}"
     yield f"traits that it declares: {', '.join(map(str, form.declared_traits)) or 'none'}"
 
 

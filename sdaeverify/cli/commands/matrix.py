@@ -15,6 +15,7 @@ from ...contracts.spelling import counted
 from ...errors import UsageError
 from ...registry.load import Registry
 from ...report.folders import read_verdicts
+from ...report.pictures import WORDS
 from ...report.plain import text_table
 from ...report.sentences import ATTENTION
 from ...study import Plan
@@ -101,6 +102,7 @@ COUNT = re.compile("[0-9]{1,9}")
 @click.option("--fresh", is_flag=True, help="Compute everything again; ignore evidence in the folder.")
 @click.option("-x", "--exitfirst", is_flag=True, help="Stop after the first problem on which a claim is refuted.")
 @click.option("--lf", is_flag=True, help="Run only the cells that the last run into the folder did not verify.")
+@click.option("--modified", is_flag=True, help="Also find the equations that schemes solve to one order more.")
 @as_json
 @quiet
 @click.option("--no-html", is_flag=True, help="Do not write the page report.html.")
@@ -118,7 +120,9 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
     if not registry.plugins:
         return _nothing("no plugin is found; is sdaeverify installed? Run pip install . in its folder")
     with workers(*options_of(options), registry, options["executor"]) as crew:
-        schemes, problems, measures = (options[kind] for kind in ("schemes", "problems", "measures"))
+        problems, measures = options["problems"], options["measures"]
+        # Without -s, a program that was named is the only one of interest.
+        schemes = options["schemes"] or registry.sourced
         with output_to_stderr():
             # For a dry run, starting workers would take as long as everything else.
             asked = None if options["dry_run"] else crew.executor
@@ -131,7 +135,8 @@ def matrix(context: click.Context, /, **options: Any) -> ExitCode:
             return _nothing(f"all was verified in {options['out']}" if options["lf"] else _describe_missing(registry))
         if options["dry_run"]:
             return _show_plan(todo, settings)
-        run = Run(todo, settings, registry, tuple(context.obj), options["out"], options["fresh"])
+        folder, fresh, modified = (options[name] for name in ("out", "fresh", "modified"))
+        run = Run(todo, settings, registry, tuple(context.obj), folder, fresh, modified=modified)
         run.page, run.first_only = not options["no_html"], options["exitfirst"]
         run.as_json, run.quiet = options["as_json"], options["quiet"]
         return carry_out(run, crew, options["progress"])
@@ -197,7 +202,7 @@ def _plan_table(todo: Plan) -> Table:
     run = Text("run", style="green")
     rows = (
         (
-            Text(cell.verdict, style="dim") if cell.verdict else run,
+            Text(WORDS[cell.verdict], style="dim") if cell.verdict else run,
             cell.scheme.label,
             cell.spec.label,
             cell.measure.name,

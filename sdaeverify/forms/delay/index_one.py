@@ -13,7 +13,7 @@ from ..checks import vector
 from ..features import Feature
 from ..generic import GenericClass
 from ..problem import briefly_signed
-from ..tree_class import TreeClass
+from ..trees.tree_class import TreeClass
 from ..trivial import Trivials
 from .delay_features import undelayed_features
 from .delay_sdae import DelaySDAE

@@ -18,23 +18,8 @@ import numpy as np
 
 from ...arrays import Array
 from ...noise.brownian import BROWNIAN
-from ..tree_class import (
-    FAR,
-    LATER,
-    OVER_NOISE,
-    PRODUCT,
-    TIME,
-    Grove,
-    Node,
-    Posed,
-    Relatives,
-    TreeClass,
-    Written,
-    among,
-    distant_delays,
-    far_states,
-    placements,
-)
+from ..trees.far_problems import FAR, LATER, among, distant_delays, far_states, placements
+from ..trees.tree_class import OVER_NOISE, PRODUCT, TIME, Grove, Node, Posed, Relatives, TreeClass, Written
 
 ALL = frozenset({"x", "y", TIME})
 NODES = (Node("f", "x", ALL), Node("b", "x", ALL, OVER_NOISE), Node("u", "y", ALL, PRODUCT, least=1))
@@ -64,6 +49,8 @@ def constraint(t, x, y):
 '''
 Coefficient = Callable[[float, Array, Array], Array]
 Given = TypeVar("Given")
+# Of t, x and y.
+Function = Callable[[float, Array, Array], Given]
 
 
 @dataclass(frozen=True)
@@ -166,7 +153,7 @@ class IndexOneTrees(TreeClass):
             lambda *z: scale.later(u)(*z) + (e - z[2])[:, None],
             start,
             drift_partials=scale.later(f.partials),
-            constraint_partials=lambda *z: (later(*z)[0], later(*z)[1] - np.eye(len(e))[..., None]),
+            constraint_partials=lambda *z: _minus_y(later(*z)),
         )
 
         above = self._random(
@@ -174,6 +161,8 @@ class IndexOneTrees(TreeClass):
             lambda t, x, y: np.einsum("dlp,lm->dmp", scale.above(B)(t, x, y), placed),
             lambda t, x, y: scale.above(U)(t, x, y) - y[:, None],
             scale.start,
+            drift_partials=scale.partials_above(F.partials),
+            constraint_partials=lambda *z: _minus_y(scale.partials_above(U.partials)(*z)),
         )
         moved = {"x": (A / scale.size, c - A @ scale.x / scale.size), "y": (C / scale.size, e)}
         return Relatives(below, above, moved, placed, LATER + scale.late, delay=scale.delay)
@@ -227,13 +216,25 @@ class _Scale(NamedTuple):
         """A start of the equation above of the same size as its coefficients, shape (5,)."""
         return np.asarray(self.size * START + 0.75 * self.x[:, 0])
 
-    def later(self, field: Callable[[float, Array, Array], Given]) -> Callable[[float, Array, Array], Given]:
+    def later(self, field: Function[Given]) -> Function[Given]:
         """Return a coefficient shifted in time by `late`; before its start it is that of time 0, so that y exists."""
         return lambda t, x, y: field(max(t - self.late, 0.0), x, y)
 
     def above(self, field: Coefficient) -> Coefficient:
         """Return a coefficient of the equation above."""
         return lambda t, x, y: self.size * field(max(t - self.delay, 0.0), (x - self.x) / self.size, y / self.size)
+
+    def partials_above(
+        self, partials: Callable[[float, Array, Array], Given]
+    ) -> Callable[[float, Array, Array], Given]:
+        """Return the derivatives of a coefficient of the equation above."""
+        return lambda t, x, y: partials(max(t - self.delay, 0.0), (x - self.x) / self.size, y / self.size)
+
+
+def _minus_y(partials: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return the derivatives of u - y, given those of u."""
+    in_x, in_y = partials
+    return in_x, in_y - np.eye(len(in_y))[..., None]
 
 
 def _lifted(
@@ -243,19 +244,54 @@ def _lifted(
     columns: int,
     *,
     constant: bool = False,
-) -> tuple["_Field", Coefficient]:
+) -> tuple["_Field", "_Lifted"]:
     """Return random fields below and above that the maps of x and y relate, for one part of the equation."""
-    (A, c), (C, e) = maps["x"], maps["y"]
     rows, more = maps[part][0].shape
     inverse, kernel = np.linalg.pinv(maps[part][0]), np.linalg.svd(maps[part][0])[2][rows:].T
     below = _Field.random(rng, (rows, columns), 0 if constant else sum(LOW) + 1)
     beside = _Field.random(rng, (more - rows, columns), 0 if constant else sum(HIGH) + 1)
+    return below, _Lifted(below, beside, *maps["x"], *maps["y"], inverse, kernel)
 
-    def above(t: float, x: Array, y: Array) -> Array:
-        related = np.einsum("ij,jnp->inp", inverse, below(t + LATER, A @ x + c, C @ y + e))
-        return np.asarray(related + np.einsum("ij,jnp->inp", kernel, beside(t, x, y)))
 
-    return below, above
+@dataclass(frozen=True, eq=False)
+class _Lifted:
+    """The field A^+ f(t + s, A x + c, C y + e) + N k(t, x, y) above a field f.
+
+    Attributes
+    ----------
+    below, beside : _Field
+        f and k.
+    A, c, C, e : ndarray
+        The maps of x and y.
+    inverse, kernel : ndarray
+        The pseudoinverse and the kernel of the map of the part of the equation.
+    """
+
+    below: "_Field"
+    beside: "_Field"
+    A: Array
+    c: Array
+    C: Array
+    e: Array
+    inverse: Array
+    kernel: Array
+
+    def __call__(self, t: float, x: Array, y: Array) -> Array:
+        """Return the values, shape (n, l, P)."""
+        below = self.below(t + LATER, self.A @ x + self.c, self.C @ y + self.e)
+        related = np.einsum("ij,jnp->inp", self.inverse, below)
+        return np.asarray(related + np.einsum("ij,jnp->inp", self.kernel, self.beside(t, x, y)))
+
+    def partials(self, t: float, x: Array, y: Array) -> tuple[Array, Array]:
+        """Return the derivatives of the first column in x and y, shapes (n, d, P) and (n, q, P)."""
+        below = self.below.partials(t + LATER, self.A @ x + self.c, self.C @ y + self.e)
+        related = (
+            np.einsum("ij,jkp,kl->ilp", self.inverse, part, map_, optimize=True)
+            for part, map_ in zip(below, (self.A, self.C), strict=True)
+        )
+        beside = (np.einsum("ij,jkp->ikp", self.kernel, part) for part in self.beside.partials(t, x, y))
+        in_x, in_y = (np.asarray(one + other) for one, other in zip(related, beside, strict=True))
+        return in_x, in_y
 
 
 @dataclass(frozen=True, eq=False)

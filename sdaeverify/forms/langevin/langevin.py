@@ -14,8 +14,10 @@ from ..checks import PROBES, check_known, check_not_negative, check_shape, colum
 from ..features import Feature, differ, pilot_states
 from ..problem import Problem, briefly_signed
 from ..sde.sde import SDE
+from ..sde.waves import MOST, SEED, random_waves
+from ..sde.waves import SOURCE as RANDOM_SOURCE
 from ..traits import ADDITIVE
-from ..tree_class import TreeClass
+from ..trees.tree_class import TreeClass
 from ..trivial import SOURCE, SPEED, Trivial, Trivials
 from .universal import LangevinTrees
 
@@ -88,6 +90,20 @@ class Langevin(Damped):
     def view(self, form: type[Problem]) -> Problem | None:
         """Return the problem itself, or the same equations as one first-order system if an `SDE` is requested."""
         return self.ito() if form is SDE else super().view(form)
+
+    def random_like(self) -> "Langevin":
+        """Return dynamics with a random force; no powers of friction and strength have a simple product."""
+        n, rng = min(self.noise_dim, MOST), np.random.Generator(np.random.Philox(key=SEED))
+        waves, (q, p) = random_waves(rng, np.ones((n, n))), rng.uniform(-0.5, 0.5, (2, n))
+        return Langevin(
+            force=lambda q: waves(0.0, q),
+            friction=1.57,
+            strength=0.83,
+            position=q,
+            momentum=p,
+            horizon=1.0,
+            source=RANDOM_SOURCE,
+        )
 
     @classmethod
     def trivial_problems(cls) -> Trivials:

@@ -17,20 +17,8 @@ import numpy as np
 
 from ...arrays import Array
 from ...noise.brownian import BROWNIAN
-from ..tree_class import (
-    FAR,
-    OVER_NOISE,
-    PRODUCT,
-    Grove,
-    Node,
-    Posed,
-    Relatives,
-    TreeClass,
-    Written,
-    among,
-    distant_delays,
-    far_states,
-)
+from ..trees.far_problems import FAR, among, distant_delays, far_states
+from ..trees.tree_class import OVER_NOISE, PRODUCT, Grove, Node, Posed, Relatives, TreeClass, Written
 
 Q, P = frozenset({"q"}), frozenset({"p"})
 NODES = (

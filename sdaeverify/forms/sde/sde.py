@@ -41,6 +41,8 @@ from ..traits import COMMUTING
 from ..trivial import NOISES, RATE, SOURCE, Trivial, Trivials
 from .linear_growth import grows_linearly
 from .trivial_in_domain import trivial_equations_in
+from .waves import SOURCE as RANDOM_SOURCE
+from .waves import random_coefficients
 
 
 @briefly_signed
@@ -155,6 +157,12 @@ class SDE(Problem):
     def features(cls) -> tuple[Feature, ...]:
         """Return the features of the form: several motions, kinds of noise, and time-dependent coefficients."""
         return EQUATION_FEATURES
+
+    def random_like(self) -> "SDE":
+        """Return a random equation with this kind of noise, which is nonlinear and depends on time."""
+        return SDE(
+            **random_coefficients(self.dimension, self.noise_dim, self.traits), horizon=1.0, source=RANDOM_SOURCE
+        )
 
     def ito(self) -> "SDE":
         """Return the equation itself."""

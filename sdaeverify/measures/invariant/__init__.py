@@ -25,11 +25,9 @@ from ...forms.truths import InvariantMean, MomentEquation
 from ...probe.balance import Balance, balance, why_not_balanced
 from ...probe.operator.functional_orders import (
     ABOVE_FLOOR,
+    Fall,
     FunctionalOrder,
-    error_floors,
     functional_orders,
-    mean_sizes,
-    why_not_evidence,
     widen,
 )
 from ...probe.operator.transition import why_not_operator
@@ -46,19 +44,17 @@ from ...simulate.chains import ChainPlan, ChainRecord, chains_of, run_chains
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.opinions import beside, finding, judge_claim, leave_open
 from ..resolution import stationary_resolution
+from ..weak.probe import TOLERANCE
 from .bias import bias_bound, bias_of_operator, judge_balance, with_bias, withhold_vacuous
 from .chain_findings import chain_findings, chain_levels, is_decided
 
 METHOD = Method("stationary law of the transition operator", 2)
-# Amount by which an order may fall short of the claimed one.
-# Chosen.
-TOLERANCE = 0.15
 NO_ORDER = FunctionalOrder(np.nan, np.nan, np.nan)
 
 
 def usable(record: TransitionErrors) -> bool:
     """Return whether the scheme stays on the chart."""
-    return not why_not_evidence(record)
+    return not record.why_not_evidence
 
 
 def operator_findings(
@@ -74,12 +70,13 @@ def operator_findings(
     orders : mapping of str to FunctionalOrder
         Their orders, by observable.
     """
-    floors = error_floors(record)
+    floors = record.floors
     columns = dict(zip(orders, zip(record.errors.T, floors.T, strict=True), strict=True))
-    sizes = dict(zip(orders, mean_sizes(record).tolist(), strict=True))
+    later = _falls(record, unpacked(SHORT_OPERATOR, TransitionErrors, evidence.tally), orders)
+    sizes = dict(zip(orders, record.sizes.tolist(), strict=True))
     found = []
     for name in (truth.observable for truth in evidence.view.truths if isinstance(truth, InvariantMean)):
-        found.append(_finding(coverage(evidence, "invariant", name), orders.get(name)))
+        found.append(_finding(coverage(evidence, "invariant", name), orders.get(name), later.get(name, Fall())))
         bound = bias_bound(found[-1].claim)
         if bound is not None and name in orders:
             found[-1] = with_bias(found[-1], *bias_of_operator(bound, record.h, *columns[name], orders[name]))
@@ -88,6 +85,23 @@ def operator_findings(
             seen = stationary_resolution(errors, ABOVE_FLOOR * off, sizes[name], found[-1].claim)
             found[-1] = replace(found[-1], resolution=seen)
     return found
+
+
+def _falls(record: TransitionErrors, short: TransitionErrors | None, names: Collection[str]) -> Mapping[str, Fall]:
+    """Return the fastest fall of the errors from any step size to the short one, by observable; empty without it."""
+    if short is None or not usable(short):
+        return {}
+    columns = (record.errors.T, record.floors.T, short.errors[0], ABOVE_FLOOR * short.floors[0])
+    found = (_fastest_fall(record.h, float(short.h[0]), *column) for column in zip(*columns, strict=True))
+    return dict(zip(names, found, strict=True))
+
+
+def _fastest_fall(h: Array, short: float, errors: Array, floors: Array, last: float, floor: float) -> Fall:
+    if not abs(last) > floor:
+        return Fall()
+    most = np.log((np.abs(errors) + floors) / (abs(last) - floor)) / np.log(h / short)
+    place = int(np.argmax(most))
+    return Fall(float(most[place]), float(h[place]), short)
 
 
 def is_settled(evidence: Evidence, record: TransitionErrors) -> bool:
@@ -100,7 +114,7 @@ def is_settled(evidence: Evidence, record: TransitionErrors) -> bool:
 
 def operator_levels(evidence: Evidence, record: TransitionErrors) -> Iterator[LevelFinding]:
     """Yield the error of each observable at each step size."""
-    floors = error_floors(record)
+    floors = record.floors
     for index, name in enumerate(invariant_observables(evidence.view)):
         errors = record.errors[:, index]
         for level, h in enumerate(record.h):
@@ -116,11 +130,11 @@ def operator_orders(record: TransitionErrors, view: Problem) -> dict[str, Functi
     return dict(zip(invariant_observables(view), widen(functional_orders(record), view), strict=True))
 
 
-def _finding(covered: Coverage, known: FunctionalOrder | None) -> Finding:
+def _finding(covered: Coverage, known: FunctionalOrder | None, later: Fall) -> Finding:
     if covered.claim is not None and known is None:
         opinion = Opinion(Verdict.NOT_APPLICABLE, Reason("not a function of the coordinates of the problem's chart"))
     else:
-        opinion = judge_claim(covered, lambda claim: _opinion(claim.value.least, known or NO_ORDER))
+        opinion = judge_claim(covered, lambda claim: _opinion(claim.value.least, known or NO_ORDER, later))
     order = known or NO_ORDER
     return finding(
         covered,
@@ -133,7 +147,7 @@ def _finding(covered: Coverage, known: FunctionalOrder | None) -> Finding:
     )
 
 
-def _opinion(claimed: float, found: FunctionalOrder) -> Opinion:
+def _opinion(claimed: float, found: FunctionalOrder, later: Fall) -> Opinion:
     bound = claimed - TOLERANCE
     if not found.resolved:
         return _heed_fall(Opinion(Verdict.INCONCLUSIVE, Reason(found.note)), found, bound)
@@ -144,11 +158,14 @@ def _opinion(claimed: float, found: FunctionalOrder) -> Opinion:
     reason = Reason(text, Kind.ORDER, figures).then(found.note)
     if np.isinf(found.order):
         reason = Reason(f"{found.note}: order {claimed:g} holds", Kind.ORDER, figures)
+    if found.low >= bound and later.most < bound:
+        return _heed_fall(Opinion(Verdict.INCONCLUSIVE, reason), found._replace(fall=later), bound)
     if found.low >= bound:
         return Opinion(Verdict.VERIFIED, reason)
     if found.high < bound:
         return Opinion(Verdict.REFUTED, Reason(found.note, Kind.WRONG_LIMIT) if found.order == 0.0 else reason)
-    reason = reason.then(f"known within [{found.low:.2f}, {found.high:.2f}]")
+    text = "order {order:.2f} [{low:.2f}, {high:.2f}] by the transition operator; {bar}"
+    reason = Reason(text, Kind.ORDER, {**figures, "low": found.low, "high": found.high}).then(found.note)
     return _heed_fall(Opinion(Verdict.INCONCLUSIVE, reason), found, bound)
 
 
@@ -168,6 +185,7 @@ def _local_order(h: Array, errors: Array, level: int) -> float:
 
 
 OPERATOR, CHAINS, DENSITIES, BALANCE = "stationary law", "chains", "densities", "balance"
+SHORT_OPERATOR = "stationary law of short steps"
 # Quantities that have levels but no finding.
 DENSITY = "density of coordinate"
 # Size: number of step sizes of the operator.
@@ -176,6 +194,9 @@ STEP_SIZES = 5
 # finer ones follow, FURTHER at most; each is half of the previous one. The cost is the same at every step size.
 # Size.
 FURTHER, MOST = 6, 16
+# A step shorter than the finest one by this factor, at which an error must have fallen as claimed.
+# Size: of the factor; what changes at shorter steps is not seen.
+SHORTER = 64.0
 
 
 class Invariant(Measure):
@@ -226,10 +247,19 @@ class Invariant(Measure):
         if operator is not None:
             known = packed(OPERATOR, operator).merge(_densities(evidence, operator))
             evidence = replace(evidence, tally=evidence.tally.merge(known))
+            evidence = replace(evidence, tally=evidence.tally.merge(self._at_short_steps(evidence, operator)))
         left = _open_quantities({found.quantity: found for found in self.judge(evidence).findings})
         if not (left and np.isfinite(view.relaxation_time)):
             return evidence.tally
         return evidence.tally.merge(packed(CHAINS, _chains(evidence, left)))
+
+    def _at_short_steps(self, evidence: Evidence, operator: TransitionErrors) -> Tally:
+        """Return the errors at a much shorter step size, if an order is verified by the others."""
+        h = float(operator.h[-1]) / SHORTER
+        held = (found.verdict is Verdict.VERIFIED and found.claim for found in self.judge(evidence).findings)
+        if not any(held) or why_not_resolved(evidence.view, h):
+            return Tally()
+        return packed(SHORT_OPERATOR, invariant_errors(evidence.scheme, evidence.view, [h]))
 
     def judge(self, evidence: Evidence) -> Judgement:
         """Return a finding for each observable with a known exact mean, and its levels."""

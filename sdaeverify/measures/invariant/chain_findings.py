@@ -22,7 +22,7 @@ from ...simulate.chains import (
 )
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.fitted_levels import FEWEST, name_wrong, sound_levels
-from ...verdicts.opinions import finding, judge_claim, rounded_up
+from ...verdicts.opinions import diverged, finding, judge_claim, rounded_up
 from ...verdicts.path_tests import RESOLVED, order_in
 from ...verdicts.rules import withhold_in_doubt
 from ..resolution import stationary_resolution
@@ -32,7 +32,7 @@ from .chain_order import BiasSample, ChainTests, chain_tests, samples
 METHOD = Method("paired replicated chains", 3)
 
 # Number of verified observables that ends the run, even if others could still be decided.
-# Chosen.
+# Size: of a run; the other observables stay undecided.
 ENOUGH = 3
 
 
@@ -221,12 +221,10 @@ def _opinion(
         verdict, reason = Verdict.VERIFIED, order.then(limit)
     elif not one.resolved:
         least = np.abs(last.signals).min()
-        text = Reason(
-            "bias below sampling noise ({standard_errors:.1f} standard errors)", numbers={"standard_errors": least}
-        )
-        needed = Reason("below one standard error, the number of chains needed cannot be predicted")
-        if least >= 1.0:
-            needed = _ask_for_chains(record, (RESOLVED / least) ** 2, "resolve it")
+        noise = "bias below sampling noise ({standard_errors:.1f} standard errors; {needed:g} needed)"
+        text = Reason(noise, numbers={"standard_errors": least, "needed": RESOLVED})
+        # Below one standard error, the number of chains that would resolve it cannot be predicted.
+        needed = _ask_for_chains(record, (RESOLVED / least) ** 2, "resolve it") if least >= 1.0 else ""
         verdict, reason = _uninformative(text, others, one, needed)
     else:
         verdict, reason = Verdict.INCONCLUSIVE, order.then(limit).then(_ask_for_chains(record, tests.growth))
@@ -275,10 +273,9 @@ def _details(record: ChainRecord, sample: BiasSample) -> dict[str, object]:
 def _without_levels(evidence: Evidence, record: ChainRecord, name: str, remarks: Sequence[str]) -> Finding:
     covered = coverage(evidence, "invariant", name)
     verdict = Verdict.INCONCLUSIVE if covered.claim else Verdict.OUT_OF_SCOPE
-    if record.lost[-1] > 0:
-        verdict = Verdict.DIVERGED
     text = _too_dear(evidence, record) or f"fewer than {FEWEST} step sizes can be used"
-    return finding(covered, Opinion(verdict, Reason.of(text, *remarks, covered.gap)), method=METHOD)
+    opinion = diverged(Opinion(verdict, Reason.of(text, *remarks, covered.gap)), record.lost[-1])
+    return finding(covered, opinion, method=METHOD)
 
 
 def _too_dear(evidence: Evidence, record: ChainRecord) -> str:

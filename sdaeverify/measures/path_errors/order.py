@@ -42,7 +42,7 @@ class Bias(NamedTuple):
 
     @property
     def above(self) -> float:
-        """Upper bound of the true slope minus its estimate; 0 for a scheme as its own reference: it looks better."""
+        """Upper bound of the true slope minus its estimate; 0 if the scheme is its own reference."""
         return self.bound if self.knows_limit else 0.0
 
 
@@ -52,8 +52,8 @@ def reference_bias(truth: Pathwise | None, quantity: Quantity, levels: Array, co
     The error of a truth of strong order q falls by 2^q (and its effect on the slope by at least as much) as its
     resolution doubles. So if the slope changes by D between half and full resolution, its bias at full resolution
     is at most |D|/(2^q - 1); D is measured on the same paths, and the far end of its interval is used. A scheme
-    that is its own reference shifts y_l by log2(1 - r_l^p)/2 or log2(1 - r_l^p), r_l = h_ref/h_l (independent or
-    coherent errors).
+    that is its own reference shifts y_l by at most log2(1 - r_l^p), r_l = h_ref/h_l, which is the shift of coherent
+    errors; that of independent ones, log2(1 - r_l^(2 p))/2, is smaller and changes less from level to level.
 
     A scheme whose step equals the truth's, or nearly so, has almost no error at half resolution, and D is
     meaningless. Then the truth moves by little more than the scheme's error as its resolution doubles, which bounds
@@ -97,8 +97,8 @@ def _near_bound(quantity: Quantity, levels: Array, weights: Array, part: float) 
     errors, finest = quantity.means()[levels], levels[-1]
     apart = float(quantity.blurred[:, finest].sum()) / quantity.paths + errors[-1]
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = part * apart / errors
-        shifts = np.where(share < 1.0, -np.log2(1.0 - share), np.inf)
+        # Infinite if the truth's error may be as large as the scheme's.
+        shifts = -np.log2(np.maximum(1.0 - part * apart / errors, 0.0))
         bound = float(np.abs(weights) @ shifts)
     return bound if np.isfinite(bound) else np.inf
 
@@ -108,9 +108,7 @@ def _own_bound(quantity: Quantity, levels: Array) -> float:
     weights = slope_weights(np.log2(h))
     ratio = quantity.h[-1] / 2**OWN_REFERENCE / h
     order = max(quantity.slope(levels).value, 0.5)
-    coherent = weights @ np.log2(1.0 - ratio**order)
-    independent = weights @ (0.5 * np.log2(1.0 - ratio ** (2.0 * order)))
-    return float(max(abs(coherent), abs(independent)))
+    return float(abs(weights @ np.log2(1.0 - ratio**order)))
 
 
 # A wrong limit shows as errors that stop falling while successive differences continue to fall.
@@ -121,8 +119,8 @@ EXACT = "exact to round-off at all {levels} step sizes"
 # A scheme that does not move is exact on a solution that does not move.
 STILL = "the solution changes by {moved:.1g} only, which is round-off: there is no error to measure"
 # If errors of order 1/2 fall, halving a step changes a solution by at least 2^(1/2) - 1 times the finer error.
-# Theorem: 2^(1/2) - 1 by the triangle inequality. Chosen: a quarter less for noise.
-FALLING = 0.75 * (2.0**0.5 - 1.0)
+# Theorem: by the triangle inequality, E|x_l - x_(l+1)| >= E e_l - E e_(l+1); it is E e_(l+1) for orthogonal errors.
+FALLING = 2.0**0.5 - 1.0
 
 
 class Fit(NamedTuple):
@@ -182,7 +180,7 @@ def judge_exact(evidence: Evidence, quantity: Quantity, *, confirmed: bool = Fal
     quantity : Quantity
         Errors along paths, one for each level.
     confirmed : bool, optional
-        Whether one step is exact as well: then the scheme's own finest steps may stand for the exact solution.
+        Whether one step is exact as well: the scheme's own finest steps are then used as the exact solution.
     """
     if not _is_exact(evidence, quantity, confirmed=confirmed):
         return None
@@ -302,8 +300,8 @@ def path_tests(fitted: Fit, claim: Claim) -> PathTests:
     tests = order_tests(claim, fitted.slope, evidence, bias.bound)
     low = tests.refuted <= SUSPECT and isinstance(claimed, Order)
     if bias.knows_limit:
-        early = _above(fitted, claim) or seems_early(quantity, fitted.levels, bias.bound)
-        tests = _with_limit(tests, fitted, early=early)
+        early = is_above(fitted, claim) or seems_early(quantity, fitted.levels, bias.bound)
+        tests = with_limit(tests, fitted, early=early)
     else:
         reason = tests.reason.then("relative to the scheme's own limit because no exact solution is known", ", but ")
         tests = tests._replace(reason=reason)
@@ -368,7 +366,8 @@ def asymptotic_order(fitted: Fit) -> tuple[float, float]:
     return order.value, max(order.interval(confidence)[1] - order.value + gap, 0.05)
 
 
-def _above(fitted: Fit, claim: Claim) -> bool:
+def is_above(fitted: Fit, claim: Claim) -> bool:
+    """Return whether the interval of a slope is above the claimed order."""
     return isinstance(claim.value, Order) and fitted.interval[0] > claim.value.least
 
 
@@ -391,10 +390,18 @@ def seems_early(quantity: Quantity, levels: Array, bias: float) -> bool:
     return here.p_below(WRONG_LIMIT, bias) > SUSPECT or rise.p_above(0.0) <= SUSPECT
 
 
-def _with_limit(tests: PathTests, fitted: Fit, *, early: bool) -> PathTests:
-    """Return the tests with those of the limit; `early` means that the levels are too coarse to refute it.
+def with_limit(tests: PathTests, fitted: Fit, *, early: bool) -> PathTests:
+    """Return the tests of an order with those of its limit.
 
-    Errors a h + b h^2 look like those of a wrong limit if b h is large.
+    Parameters
+    ----------
+    tests : PathTests
+        Of the order.
+    fitted : Fit
+        Errors relative to a truth that is independent of the scheme.
+    early : bool
+        Whether the levels are too coarse to refute the limit: errors a h + b h^2 look like those of a wrong one if
+        b h is large.
     """
     evidence, bias, contrast = fitted.evidence, fitted.bias.bound, fitted.quantity.contrast(fitted.levels)
     _, high = contrast.interval(evidence.settings.confidence, bias)

@@ -22,7 +22,6 @@ from ...numerics.statistics import (
     leave_out,
     log_norms,
     slope_weights,
-    tail,
 )
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.opinions import leave_open
@@ -170,7 +169,7 @@ class Quantity(Slopes):
 
     def tail(self, level: int) -> Tail:
         """Return the tail diagnostics of a level."""
-        return tail(float(self.totals[level, 1]), float(self.totals[level, 2]), self.largest[level], self.paths)
+        return Tail.of(float(self.totals[level, 1]), float(self.totals[level, 2]), self.largest[level], self.paths)
 
 
 def quantities_of(evidence: Evidence, kind: str = ERROR) -> tuple[Quantity, ...]:

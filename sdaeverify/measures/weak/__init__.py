@@ -25,10 +25,11 @@ from ...contracts.settings import Settings
 from ...contracts.tally import Tally
 from ...forms import Problem
 from ...numerics.statistics import EPS, RISING, Estimate, correct_for_skewness
+from ...probe.operator.functional_orders import leading_columns
 from ...registry.hookspecs import hookimpl
 from ...verdicts.coverage import Coverage, claim_for, coverage
 from ...verdicts.fitted_levels import FEWEST, FITTED, sound_levels_of
-from ...verdicts.opinions import ask_to_resolve, finding, guard, judge_claim, leave_open, local_doubt
+from ...verdicts.opinions import ask_to_resolve, diverged, finding, guard, judge_claim, leave_open, local_doubt
 from ...verdicts.path_tests import (
     COARSE,
     RESOLVED,
@@ -45,7 +46,7 @@ from ...verdicts.path_tests import (
 from ...verdicts.rules import withhold
 from ..means import MeanObserver, Means, known_mean, means_of
 from ..resolution import weak_resolution
-from .probe import WeakProbe, judge_probe, member_finding, probe_weak, weak_probe
+from .probe import TOLERANCE, WeakProbe, judge_probe, member_finding, probe_weak, weak_probe
 from .size import bound_findings, constant_columns, probe_bounds
 
 STATE = "state"
@@ -58,7 +59,8 @@ TOO_FEW = "a slope needs {fewest} step sizes, got {levels}: use smaller steps"
 ROUNDING = "no error beyond round-off at {levels} step sizes, hence no slope"
 CHANGES_SIGN = Reason("the error changes sign between step sizes, hence no slope")
 # Bound of the error at the finest level for a h^p + b h^(p+1), as a multiple of the last difference over 2^p - 1.
-# Chosen.
+# Theorem: elementary, with r = (2^(p+1) - 1)/(2^p - 1) the multiple is (1 + s)/(1 + r s), s = b h/a: at most 2 for
+# s >= -1/(2 r - 1), that is, while the second term has not taken a fifth (p = 1) of the first.
 SLACK = 2.0
 # No scheme converges more slowly in law than it does along paths.
 # Theorem: |E f(x) - E f(y)| <= L E|x - y|, and the least strong order is 1/2.
@@ -149,7 +151,7 @@ def _tests(
     slope, levels, resolved, limit = found
     if resolved < RESOLVED:
         growth = (RESOLVED / resolved) ** 2 if resolved > 0.0 else np.inf
-        text = "bias below sampling noise ({standard_errors:.1f} of {needed:g} standard errors)"
+        text = "bias below sampling noise ({standard_errors:.1f} standard errors; {needed:g} needed)"
         unresolved = Reason(text, numbers={"standard_errors": resolved, "needed": RESOLVED})
         tests = PathTests(1.0, limit.refuted, limit.reason.then(unresolved), growth, shrinks(means, levels))
         remedy = limit.remedy or ask_to_resolve(resolved, RESOLVED, evidence.paths)
@@ -303,6 +305,7 @@ class Weak(Measure):
     name: ClassVar[str] = "weak"
     follows: ClassVar[str] = "law"
     resolved_by_steps: ClassVar[bool] = True
+    step_tolerance: ClassVar[float] = TOLERANCE
     truths: ClassVar[frozenset[str]] = frozenset({"problem"})
     detail_columns: ClassVar[Mapping[str, str]] = {
         "moment_order": "weak order at T by moment equations",
@@ -311,9 +314,7 @@ class Weak(Measure):
         "slope_high": "upper end of its interval",
         "resolved": "smallest mean difference in standard errors",
         "informative": "whether the mean differences are large enough to estimate an order",
-        "error_power": "p of the leading term C h^p of the weak error",
-        "error_constant": "C, without sampling; empty if it is not known",
-        "error_constant_known": "bound of the error of C",
+        **leading_columns("weak error"),
     }
     level_columns: ClassVar[Mapping[str, str]] = {
         "mean": "mean of the observable",
@@ -343,6 +344,16 @@ class Weak(Measure):
         if covered.claim is None:
             return _of_named(scheme, view)
         return (member_finding(scheme, view, covered),) if isinstance(covered.claim.value, Order) else ()
+
+    def judge_step(self, scheme: Scheme, problem: Problem, view: Any) -> Iterator[Finding]:
+        """Yield a finding for the state and each observable with a claim, by the order of one step."""
+        settings = Settings()
+        evidence = Evidence(scheme, problem, view, settings, probe_weak(scheme, view, settings), Tally())
+        for name in (STATE, *view.observables):
+            covered = claim_for(scheme, view.traits, self.name, name)
+            opinion, _ = judge_probe(evidence, covered.claim, name)
+            if covered.claim is not None and opinion is not None:
+                yield finding(covered, opinion, estimate=weak_probe(evidence).order)
 
 
 @hookimpl
@@ -407,7 +418,8 @@ def _of_order(evidence: Evidence, sampled: MeanOrder, claim: Claim, observable: 
 def _lost(evidence: Evidence) -> Opinion | None:
     """Return the opinion that paths are not finite at the finest level; None if all are finite."""
     lost = float(evidence.health.sums["lost"][-1])
-    return Opinion(Verdict.DIVERGED, Reason(LOST, numbers={"lost": lost})) if lost > 0 else None
+    opinion = diverged(Opinion(Verdict.INCONCLUSIVE, Reason(LOST, numbers={"lost": lost})), lost)
+    return opinion if lost > 0 else None
 
 
 def _of_state(evidence: Evidence, probed: WeakProbe) -> Finding:

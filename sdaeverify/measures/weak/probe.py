@@ -32,7 +32,6 @@ from ...probe.operator.functional_orders import (
     FunctionalOrder,
     functional_orders,
     least_order,
-    why_not_evidence,
     widen,
 )
 from ...probe.operator.point_law import PointLaw, largest_errors_order, point_law, why_not_point_law
@@ -60,7 +59,7 @@ LOCAL, MOMENTS, OPERATOR, POINTS = "local weak", "moments", "operator", "points"
 MEMORY = "memory"
 AT_SHORTEST = f"{LOCAL} at the shortest steps"
 # Amount by which an order without sampling error may fall short of its claim.
-# Chosen.
+# Theorem: orders of schemes are multiples of 1/2, and this is half of that.
 TOLERANCE = 0.25
 # Number of step sizes of the operator, and of further ones if those do not settle an order.
 # Size: step sizes of an operator.
@@ -123,7 +122,7 @@ def probe_weak(scheme: Scheme, view: Any, settings: Settings) -> Tally:
         order, memory = weak_order(found), OneStep(*pair).memory
         evidence, verdicts = evidence.merge(packed(LOCAL, found)), _claimed_verdicts(order, scheme)
         evidence = evidence if memory is None else evidence.merge(packed(MEMORY, memory))
-        if order.inconsistent_share or Verdict.REFUTED in verdicts:
+        if Verdict.REFUTED in verdicts:
             evidence = evidence.merge(packed(AT_SHORTEST, local.local_weak(*pair, _reference, shortest=True)))
     if view.capability(Delayed):
         if not why_not_delay_moments(scheme, view, settings.steps):
@@ -151,7 +150,7 @@ def weak_probe(evidence: Evidence) -> WeakProbe:
 def _read_probe(tally: Tally, view: Problem) -> WeakProbe:
     record = unpacked(OPERATOR, TransitionErrors, tally)
     orders: dict[str, FunctionalOrder] = {}
-    if record is not None and not why_not_evidence(record):
+    if record is not None and not record.why_not_evidence:
         orders = _operator_orders(view, record)
     defects, shortest = (unpacked(name, LocalWeak, tally) for name in (LOCAL, AT_SHORTEST))
     moments = unpacked(MOMENTS, MomentErrors, tally)
@@ -361,7 +360,7 @@ def _up_to_memory(further: Opinion | None, least: float, probed: WeakProbe) -> O
 
 def _opinion(low: float, high: float, claim: float, text: str) -> Opinion | None:
     bound = claim - TOLERANCE
-    reason = Reason(f"{text}; {bar(claim, bound)}")
+    reason = Reason(f"{text}; {bar(claim, bound)}", Kind.WRONG_LIMIT if high < TOLERANCE else Kind.PLAIN)
     if low >= bound:
         return Opinion(Verdict.VERIFIED, reason, 2)
     return Opinion(Verdict.REFUTED, reason, 2) if high < bound else None
@@ -374,7 +373,7 @@ def _operator(scheme: Scheme, view: Any, settings: Settings) -> TransitionErrors
     orders = _operator_orders(view, record)
     claims = {name: claim_for(scheme, view.traits, "weak", name).claim for name in orders}
     least = {name: c.value.least for name, c in claims.items() if c and isinstance(c.value, Order)}
-    if why_not_evidence(record) or all(
+    if record.why_not_evidence or all(
         orders[name].fixed or orders[name].low >= p - TOLERANCE for name, p in least.items()
     ):
         return record
@@ -457,10 +456,10 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
     Returns
     -------
     Opinion
-        Refuted only if settled orders are too low at a quarter of the states at some time, and as inconsistent if
-        most states have the order 0. A defect with an accidentally small leading coefficient may change its sign as
-        h tends to 0, and its order is not settled: it is ignored if this happens at fewer states, for every phi,
-        or at one of several.
+        Refuted only if settled orders are too low at a quarter of the states at some time, and inconsistent with the
+        equation if one of them is 0. A defect with an accidentally small leading coefficient may change its sign as h
+        tends to 0, and its order is not settled: it is ignored if this happens at fewer states, for every phi, or at
+        one of several.
     """
     void = f"; h below {order.plateau_h:.2g} left out because of a solver's tolerance" if order.plateau_h else ""
     asked = f"{bar(claim, claim - tolerance)}{void}"
@@ -473,18 +472,17 @@ def judge_weak(order: WeakOrder, claim: float, tolerance: float = 0.25) -> Opini
     share, (few, among) = float(order.share(states)), order.count_states(states)
     if share and order.rises(short, claim - tolerance):
         return too_coarse(order.h)
+    kind = Kind.INCONSISTENT if np.any(order.orders[short] < TOLERANCE) else Kind.PLAIN
     if share >= MANY:
-        kind = Kind.INCONSISTENT if order.inconsistent_share > 0.5 else Kind.PLAIN
         return local_opinion(Verdict.REFUTED, f"{order.least(short)}, low at {few} of {among} states; {asked}", kind)
     if share:
         text = f"{order.least(short)} at {few} of {among} probed states, so that paths cannot verify the claim{void}"
-        kind = Kind.INCONSISTENT if order.inconsistent_share else Kind.PLAIN
         return local_doubt(text, kind, against=True)
     if order.at_many(moving, MANY):
         return local_doubt(f"{order.least(moving)}, still changing with h; {asked}")
     least = np.min(order.orders, where=order.settled & ~low, initial=np.inf)
     figure = "no error beyond round-off" if np.isinf(least) else f"weak order {least:.2f}"
-    left_out = f" ({moving.sum()} of {moving.size} moments change sign)" if moving.any() else ""
+    left_out = f" ({moving.sum()} of {moving.size} errors change sign)" if moving.any() else ""
     return local_opinion(Verdict.VERIFIED, f"{figure} from one step{left_out}; {asked}")
 
 

@@ -29,12 +29,9 @@ from ...probe.linear.moments import (
 )
 from ...probe.operator.functional_orders import (
     Coefficient,
-    error_floors,
     functional_orders,
     leading_error,
-    mean_sizes,
     order_of,
-    why_not_evidence,
 )
 from ...probe.operator.transition import why_not_operator
 from ...probe.operator.transition_errors import TransitionErrors, chart_observables, weak_errors
@@ -67,8 +64,7 @@ def error_constant(evidence: Evidence, observable: str) -> Coefficient | None:
 def constant_columns(evidence: Evidence, observable: str) -> dict[str, object]:
     """Return the leading term of the weak error of an observable as details of a finding, if it is known."""
     found = error_constant(evidence, observable)
-    names = ("error_power", "error_constant", "error_constant_known")
-    return {} if found is None else dict(zip(names, found, strict=True))
+    return {} if found is None else found.details
 
 
 def _read_constant(tally: Tally, view: Problem, observable: str) -> Coefficient | None:
@@ -78,9 +74,9 @@ def _read_constant(tally: Tally, view: Problem, observable: str) -> Coefficient 
         errors = observable_errors(moments, form) if form is not None else None
         found = None if errors is None else leading_error(*errors[:3], order_of(*errors).order)
         h = moments.h
-    elif operator is not None and observable in chart_observables(view) and not why_not_evidence(operator):
+    elif operator is not None and observable in chart_observables(view) and not operator.why_not_evidence:
         place, h = chart_observables(view).index(observable), operator.h
-        floors, order = error_floors(operator)[:, place], functional_orders(operator)[place].order
+        floors, order = operator.floors[:, place], functional_orders(operator)[place].order
         found = leading_error(h, operator.errors[:, place], floors, order)
     else:
         return None
@@ -194,11 +190,11 @@ def _known_error(tally: Tally, view: Problem, asked: _BoundedError) -> _Known | 
         row = _row(errors.h, view, asked)
         return _Known(float(errors.errors[row]), float(errors.floors[row]), errors.size, BY_MOMENTS)
     operator = unpacked(f"{OPERATOR} {AT_STEPS}", TransitionErrors, tally)
-    if operator is None or asked.name not in chart_observables(view) or why_not_evidence(operator):
+    if operator is None or asked.name not in chart_observables(view) or operator.why_not_evidence:
         return None
     row, place = _row(operator.h, view, asked), chart_observables(view).index(asked.name)
-    error, off = (float(each[row, place]) for each in (operator.errors, error_floors(operator)))
-    known = _Known(error, off, float(mean_sizes(operator)[place]), BY_OPERATOR)
+    error, off = (float(each[row, place]) for each in (operator.errors, operator.floors))
+    known = _Known(error, off, float(operator.sizes[place]), BY_OPERATOR)
     return known if np.isfinite([error, off]).all() else None
 
 

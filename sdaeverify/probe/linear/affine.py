@@ -9,8 +9,11 @@ import numpy as np
 from ...arrays import Array
 from ..step.nodes import SEED
 
-# The relative defect of an affine function is a few times 1e-16 (rounding); that of other functions is far larger.
-# Rounding: a few EPS of the terms; another function is off by a part of them.
+# Largest relative defect of an affine function, and of a quadratic one.
+# Rounding: values of 64 operations err by 64 eps of |R| |x| + |r| (Higham 2002, Lemma 3.1). A column of R is the
+# difference of two values, so that R x errs by 128 eps (|R| |x| + |r| |x|_1), with |x|_1 <= 100 sqrt(k): together
+# 2.9e-12 sqrt(k) of the terms if |r| is no larger than |R|, which is 1e-10 for k = 1200.
+# Measured by tests/probe/test_affine.py: no shipped step has a defect between 1e-12 and 1e-4.
 AFFINE = 1e-10
 # Size: of the trial states.
 SIZES = (0.1, 1.0, 10.0, 100.0)

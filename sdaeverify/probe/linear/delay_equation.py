@@ -36,6 +36,7 @@ ROUNDING = 32.0 * EPS
 # Rounding: e^600 is less than the largest number, e^709.
 CLIP = 300.0
 # Sizes of the states: 1 in the problem's unit, and sizes for the limits of small and of large states.
+# Size: of the trial states.
 UNIT, SMALL, LARGE = 1.0, 1e-12, 1e14
 
 

@@ -215,6 +215,7 @@ def _advance(
 
 # Bound of the noise, in standard deviations, at which a step is checked for being affine in the noise; number of
 # checks.
+# Size: of the noise, and number of checks.
 REACH, TRIALS = 4.0, 3
 # Only one of this number of probe times after the delay is used.
 # Size: times that are tried.

@@ -19,8 +19,6 @@ from .affine import at_corners, corners, defect, with_trials
 ROW = 128
 # Size: reached states at which a step is checked to be affine, at all nodes and step sizes of a scan.
 REACHED = 16
-# Larger states come from unstable steps and are ignored.
-LARGEST = 1e8
 
 
 class LinearMap(NamedTuple):
@@ -120,8 +118,7 @@ class MemoryStep:
         if not self.remembers:
             return flatten(entered)
         later = flatten(self._run(entered))
-        # States of unstable steps are not those of solutions.
-        return np.concatenate([flatten(entered), later[:, (np.abs(later) < LARGEST).all(axis=0)]], axis=1)
+        return np.concatenate([flatten(entered), later[:, np.isfinite(later).all(axis=0)]], axis=1)
 
     @property
     def remembers(self) -> bool:

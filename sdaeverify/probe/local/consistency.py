@@ -1,14 +1,12 @@
 """Consistency of one step: whether it follows the equation, with any order.
 
-With d = Phi_h(x; dW) - [x + f h + B dW], a scheme is consistent if h^{-1/2} ||d||_{L2} and h^{-1} |E d| tend to 0
-(Lindner & Stroot 2017, Definition 4.7). If it is also semi-stable it converges, without a rate. For a wrong
-diffusion ||d|| has order 1/2, for a wrong drift |E d| has order 1; for a scheme of order p both are higher
-by p.
-
-An error of a first step may be cancelled by later steps, as by a velocity in the tangent space of the previous
-point. So a step from a state that the scheme itself has reached is also probed.
+A scheme is consistent if h^{-1/2} ||d||_{L2} and h^{-1} |E d| tend to 0 for d = Phi_h(x; dW) - [x + f h + B dW]
+(Lindner & Stroot 2017, Definition 4.7). If it is also semi-stable it converges, without a rate. Otherwise it may
+converge to the solution of another equation, with any order of its own differences. `step_law` decides this, for all
+probes of one step.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,115 +14,88 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...forms import Delayed, Problem
-from ...noise.brownian import Increment
-from ..step.component_units import component_units
-from ..step.nodes import SEED, HalfSteps, Nodes, half_steps, law_nodes, product_rule, step_nodes
+from ..step.nodes import HalfSteps, half_steps, product_rule
 from ..step.one_step import OneStep
-from ..step.states import cloud, time_unit
+from ..step.states import cloud
 from .delay_links import remove_delay
-from .orders import ROUNDING, last_orders, worst_order
-from .reach import mark_rows, reach
+from .equation_rates import rates_at
+from .orders import worst_order
+from .reach import reach
+from .step_law import MOMENTS, StepLaw, compare_at, step_law
 from .strong_defects import LEVELS
-
-# Step sizes in units of the horizon, or of time if that is shorter: small enough that right terms do not hide an
-# error of one per cent of the noise.
-SIZES = 4.0 ** -np.array([6.0, 8.0, 10.0, 12.0])
-# Size: nodes of a variable.
-NODES = 4
 
 
 class Consistency(NamedTuple):
-    """Defects of one step at C components, S states and H step sizes.
+    """Deviation of short steps from the equation by component, pure outputs included; see `step_law`.
 
     Attributes
     ----------
-    h : ndarray, shape (H,)
-    rms, mean : ndarray, shape (2, C, S, H)
-        ||d||_{L2} and |E d| over the rows of each component, in its unit: for a step from each state, and for a step
-        from the state that the scheme reaches from there.
-    scale : ndarray, shape (S, H)
-        Largest absolute value of the components of the state.
-    reached : ndarray, shape (C, C)
-        1 in row i and column j if errors of component j affect component i, see `reach`; else 0.
+    off : ndarray, shape (C,)
+        Largest deviation with a nonzero limit of a component, or of one whose errors affect it, relative to the
+        motion of that one; 0 if there is none.
+    moment, row : ndarray, shape (C,)
+        Moment and component of that deviation.
+    at : ndarray, shape (C,)
+        Number of compared points (t, x) with a deviation.
+    points : ndarray, shape ()
+        Number of compared points.
     """
 
-    h: Array
-    rms: Array
-    mean: Array
-    scale: Array
-    reached: Array
+    off: Array
+    moment: Array
+    row: Array
+    at: Array
+    points: Array
+
+    def departure(self, names: Sequence[str], component: int | None = None) -> str:
+        """Return the deviation of a component in one line, or an empty string if there is none.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Names of the C components.
+        component : int, optional
+            Its index; the full state if omitted.
+        """
+        place = int(self.off.argmax()) if component is None else component
+        if not self.off[place] > 0.0:
+            return ""
+        moment, hint = MOMENTS[int(self.moment[place])]
+        off = f"off by {self.off[place]:.2g} of the motion of {names[int(self.row[place])]} at any h"
+        return f"the {moment} of one step is {off}, at {self.at[place]:.0f} of {self.points:.0f} points{hint}"
 
 
-def consistency(scheme: Scheme, view: Problem) -> Consistency:
-    """Compute the defects of one step of each size from each state of `cloud`.
+def consistency(scheme: Scheme, view: Problem) -> Consistency | None:
+    """Return the deviation of short steps from the equation; None if they cannot be compared.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
-        Problem in the scheme's form; its one-step map can be probed.
-
-    Returns
-    -------
-    Consistency
+        Problem in the scheme's form, without delay; see `remove_delay`.
     """
-    step = OneStep(scheme, view)
-    x, sizes = cloud(view, step.equation), SIZES * time_unit(view)
-    nodes = step_nodes(view.noise_dim, NODES, areas="H" in scheme.noise)
-    if not nodes.exact:
-        nodes, _ = law_nodes(view.noise_dim, scheme.noise)
-    with np.errstate(all="ignore"):
-        levels = [_defects(step, x, nodes, float(h)) for h in sizes]
-        rms, mean, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
-        units = component_units(step, x, float(sizes[0]))[:, None, None]
-        return Consistency(sizes, rms / units, mean / units, scale, reach(step, x))
+    law, step = step_law(scheme, view), OneStep(scheme, view)
+    return None if law is None or not law.points else _of_law(law, step)
 
 
-def consistency_orders(record: Consistency, component: int | None = None) -> tuple[Array, Array]:
-    """Return the lowest orders in h of the defects of a component, or of the full state.
-
-    Parameters
-    ----------
-    record : Consistency
-    component : int, optional
-        Index of the component, including all components whose errors affect it; by default the full state.
-
-    Returns
-    -------
-    ndarray, shape (2, S)
-        Orders of ||d||_{L2}, for a first and a later step, at each state.
-    ndarray, shape (2, S)
-        The same for |E d|.
-    """
-    rows = mark_rows(record.reached, component)
-    rms, mean = (
-        last_orders(record.h, part[:, rows], ROUNDING * record.scale, record.scale).order.min(axis=1)
-        for part in (record.rms, record.mean)
-    )
-    return rms, mean
+def consistency_at(step: OneStep, x: Array) -> Consistency | None:
+    """Return the deviation of short steps from given states, shape (d, S), at a fifth of the horizon."""
+    rates = rates_at(step.view, step.equation, np.array([step.time]), x[None])
+    law = compare_at(step, rates)
+    return None if law is None or not law.points else _of_law(law, step)
 
 
-def _defects(step: OneStep, x: Array, nodes: Nodes, h: float) -> tuple[Array, Array, Array]:
-    """Return root mean squares and means of the defects, shape (2, C, S), and the scale, shape (S,)."""
-    states, t = x.shape[1], step.time
-    wide, noise = np.repeat(x, len(nodes.weights), axis=1), nodes.increment(h, states)
-    first = step(wide, t, h, noise) - step.euler(wide, t, h, noise)
-    state = step.advance(step.enter(wide, t, h), t, h, _random_increments(nodes, h, states))
-    gone = step.read(state)
-    later = step.read(step.advance(state, t + h, h, noise)) - step.euler(gone, t + h, h, noise)
-    defects = np.stack([first, later]).reshape(2, len(x), states, -1)
-    squares = nodes.mean(defects**2), nodes.mean(defects) ** 2
-    rms, mean = (
-        np.sqrt(np.stack([part[:, rows].sum(axis=1) for rows in step.names.values()], axis=1)) for part in squares
-    )
-    return rms, mean, np.abs(x).max(axis=0)
-
-
-def _random_increments(nodes: Nodes, h: float, states: int) -> Increment:
-    """Return one random increment per state, the same at all nodes and, up to the factor sqrt(h), for all h."""
-    rng, count = np.random.Generator(np.random.Philox(key=SEED + 2)), len(nodes.weights)
-    dW, H = (np.repeat(np.sqrt(h) * rng.standard_normal((len(nodes.dW), states)), count, axis=1) for _ in range(2))
-    return Increment(dW, None if nodes.H is None else H / np.sqrt(12.0))
+def _of_law(law: StepLaw, step: OneStep) -> Consistency:
+    """Return the deviations of a comparison, each with those of the components whose errors affect it."""
+    off, count = np.where(law.wrong, law.off, 0.0), len(law.rows)
+    affects = reach(step, cloud(step.view, step.equation)) > 0.0 if off.any() else np.eye(count, dtype=bool)
+    found = []
+    for among in affects:
+        own = np.where(among[:, None], off, 0.0)
+        moment, row, place = np.unravel_index(own.argmax(), own.shape)
+        found.append((own[moment, row, place], moment, row, (own > 0.0).any(axis=(0, 1)).sum()))
+    largest, moments, rows, counts = (np.array(column, dtype=float) for column in zip(*found, strict=True))
+    return Consistency(largest, moments, rows, counts, np.array(float(law.points)))
 
 
 # Consistency of one step with a delay given its past, Definition 3.1 of Qu, Huang & Liu (2010).
@@ -201,17 +172,29 @@ def _level(step: OneStep, x: Array, nodes: HalfSteps, h: float) -> tuple[Array, 
     whole, first, second = (part.increment(h, states) for part in nodes)
     once, middle = step(wide, t, h, whole), step(wide, t, 0.5 * h, first)
     defects = (once - step(middle, t + 0.5 * h, 0.5 * h, second))[:d].reshape(d, states, -1)
-    given_past, shares = _condition_on_past(defects, weights, step.view.noise_dim // 2)
+    given_past, shares = average_given_past(defects, weights, step.view.noise_dim // 2)
     scale = np.maximum(np.abs(x).max(axis=0), np.abs(once).max(axis=0).reshape(states, -1).max(axis=1))
     rms = np.sqrt(np.einsum("dsk,k->s", defects**2, weights))
     return rms, np.sqrt(np.einsum("dsk,k->s", given_past**2, shares)), scale
 
 
-def _condition_on_past(defects: Array, weights: Array, l: int) -> tuple[Array, Array]:
+def average_given_past(defects: Array, weights: Array, l: int) -> tuple[Array, Array]:
     """Return the means over the step's current noise at the nodes of the past, and the weights of these nodes.
 
     Nodes are a product of 4 l rules: of the first half step, for the l current motions and those one delay ago, and
     of the second half step in the same way.
+
+    Parameters
+    ----------
+    defects : ndarray, shape (d, S, K)
+        At all nodes.
+    weights : ndarray, shape (K,)
+    l : int
+
+    Returns
+    -------
+    means : ndarray, shape (d, S, sqrt(K))
+    shares : ndarray, shape (sqrt(K),)
     """
     count = round(len(weights) ** (1.0 / (4 * l)))
     shape, own = (count,) * (4 * l), (*range(l), *range(2 * l, 3 * l))

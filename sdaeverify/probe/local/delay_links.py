@@ -24,11 +24,10 @@ from ...forms import Delayed, IndexOne, Problem
 from ...forms.delay.linked import X, history_at, linked_equation
 from ...noise.brownian import Increment
 from ...noise.laws import Law
+from ...numerics.newton import SOLVED
 from ..step.nodes import SEED
 
 Y = "y"
-# A constraint defect below this part of the terms that cancel in it is a solver's tolerance, which shows no order.
-CLOSE = 1e-9
 
 
 def remove_delay(scheme: Scheme, view: Problem, links: int = 2, until: float = np.inf) -> tuple[Scheme, Problem]:
@@ -85,7 +84,7 @@ def keeps_constraint(scheme: Scheme, view: Problem) -> bool:
     after = scheme.parts(view, scheme.prepare(view, h)(scheme.enter(view, state, t, h), t, noise).state)
     known = {"t": np.full((1, 1), t + h), "lagged": past.get("ahead", after["x"])}
     value, scale = view.residuals({**after, **known})["u"]
-    return bool((np.abs(value) <= CLOSE * scale).all())
+    return bool((np.abs(value) <= SOLVED * scale).all())
 
 
 @dataclass(frozen=True)
@@ -111,6 +110,13 @@ class LinkedScheme(Scheme):
     def law(self) -> Law:
         """Law of the increments of the given scheme."""
         return self.scheme.law
+
+    def start(self, problem: Any, paths: int, h: float) -> State:
+        """Return the initial state; that of the given scheme if it keeps more memory than `enter` sets."""
+        own = self.scheme.start(self.problem, paths, h)
+        entered = self.scheme.enter(self.problem, self.problem.initial(paths), 0.0, h)
+        alike = type(own) is type(entered) and flatten(own).shape == flatten(entered).shape
+        return super().start(problem, paths, h) if alike else own
 
     def parts(self, problem: Any, state: State) -> Parts:
         """Return the solution at the present time and at earlier multiples of the delay, as named components."""

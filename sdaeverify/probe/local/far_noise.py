@@ -28,7 +28,8 @@ from ...numerics.statistics import EPS
 from ..step.nodes import SEED, Nodes
 from ..step.one_step import OneStep
 from ..step.states import time_unit
-from .step_law import FINER, ROUNDINGS, SETTLED, EquationRates, equation_rates, short_steps, state_words
+from .equation_rates import FINER, EquationRates, equation_rates
+from .step_law import ROUNDINGS, SETTLED, short_steps, state_words
 
 # Total number of draws, number of times in the run; largest work, and fewest draws for large systems, which have more
 # motions per draw.
@@ -39,6 +40,7 @@ DRAWS, TIMES, WORK, FEWEST = 10_000, 4, 2**21, 512
 LEAST_CLIP = 0.5
 # A larger difference, relative to the noise, is followed to shorter steps: for a right scheme it decreases like
 # sqrt(h), or like h^(1/4) if it is tamed.
+# Size: of what is followed, 30 times sqrt(h) at the shortest step; a smaller error of the noise is not reported.
 SMALL = 1e-3
 # Standard errors from which a mean differs from that of the noise: one in 10^6 by chance.
 # Level: 6e-7 of a normal mean, two-sided.
@@ -82,7 +84,7 @@ def noise_departure(scheme: Scheme, view: Problem, *, paths: bool) -> str:
     """
     step = short_steps(scheme, view)
     rates = None if step is None else equation_rates(step.view, step.equation)
-    if step is None or rates is None or not rates.rows or not step.view.noise_dim:
+    if step is None or rates is None or not step.view.noise_dim:
         return ""
     with np.errstate(all="ignore"):
         draws = _drawn(step.view, step.equation)
@@ -103,7 +105,7 @@ def _drawn(view: Problem, equation: Equation) -> tuple[_Draw, ...]:
     found = []
     for place in np.linspace(0, n - 1, TIMES).astype(int).tolist():
         nodes = _random_nodes(rng, view, each * S)
-        x, size = rates.x[place], rates.size[1, :, place]
+        x, size = rates.x[place], rates.size[1, rates.core, place]
         wide, root = np.tile(x, each), np.tile(np.sqrt(size), each)
         found.append(_Draw(float(rates.t[place]), wide, np.where(np.isfinite(wide).all(axis=0), root, np.inf), nodes))
     return tuple(found)
@@ -134,7 +136,7 @@ def _difference(step: OneStep, rates: EquationRates, draw: _Draw, part: float) -
     made = step.make(draw.x, draw.t, h, noise)
     euler = step.euler(draw.x, draw.t, h, noise)
     root = np.full_like(draw.x, np.inf)
-    for rows, size in zip(rates.rows.values(), draw.root, strict=True):
+    for rows, size in zip(rates.core_rows.values(), draw.root, strict=True):
         root[rows] = np.sqrt(h) * size
     gap = step.read(made.state) - euler
     explained = ROUNDINGS * EPS * np.abs(draw.x).max(axis=0)

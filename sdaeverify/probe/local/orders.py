@@ -7,14 +7,20 @@ import numpy as np
 from ...arrays import Array
 
 # Defects that stop decreasing below this part of the solution's size are errors of a solver's tolerance.
+# Measured by tests/probe/test_local_strong.py: solvers that stop below it refute nothing, a wrong noise is seen.
 TOLERANCE = 1e-6
-FLAT = 0.35
+# A lower power of h is that of a plateau.
+# Theorem: the least power of a defect is 1/2, of a wrong noise; less the tolerance of strong orders.
+FLAT = 0.4
 # A level is used if it exceeds a plateau by this factor: the plateau then changes a local order by less than 0.03.
 # Rounding: log2 of (1 + 1/30)/(1 + 1/60) is 0.023, where defects halve.
 CLEAR = 30.0
-# Rounding errors of a defect are some hundred times smaller than this part of the solution's size.
+# Part of the solution's size below which a defect is rounding.
+# Rounding: a step and two half steps of 64 operations each err by at most 192 eps = 4.3e-14 (Higham 2002, Lemma 3.1).
 ROUNDING = 6e-14
 # An order that changes by less than this from one level to the next has settled.
+# Theorem: elementary, a correction like h^(1/2) halves from one size to the next, a fourth of it, so that changes to
+# come add up to as much again: half of the tolerance of strong orders.
 SETTLED = 0.05
 
 
@@ -40,8 +46,8 @@ class LocalOrders(NamedTuple):
 def last_orders(h: Array, size: Array, floor: Array, scale: Array, used: int | None = None) -> LocalOrders:
     """Return the last local orders log(size_j/size_k) / log(h_j/h_k) above the floors.
 
-    A tolerance shows as a plateau only once the defect is well below it. Levels finer than the `used` ones may show
-    it; if they do not, and the order has settled on them, it is taken from them.
+    The tolerance of a solver appears as a plateau of the defects at small h. Levels finer than the `used` ones serve
+    to detect a plateau; if there is none and the orders have converged there, they are taken from these levels.
 
     Parameters
     ----------

@@ -14,14 +14,17 @@ import numpy as np
 from ...arrays import Array, Mask, each
 from ...forms import Equation
 from ...noise.brownian import Increment
+from ...numerics.newton import SOLVED
 from ..step.nodes import SEED
 from ..step.one_step import OneStep
 from ..step.states import WHEN
 
 # Parts of the horizon at which coefficients are evaluated, and relative sizes of the perturbations of a component.
+# Size: times, and sizes of perturbations.
 TIMES, MOVES = (0.0, WHEN, 0.55, 0.9), (1.0, 1e-3)
-# Step size, in units of time, and the largest relative change that a solver's tolerance or rounding may cause.
-STEP, CHANGED = 2.0**-4, 1e-9
+# Step size, in units of time.
+# Size: of a step.
+STEP = 2.0**-4
 Names = Mapping[str, slice]
 
 
@@ -141,5 +144,5 @@ def _depends(names: Names, states: Array, function: Callable[[Array], Array]) ->
     for rows in names.values():
         # Entries are compared one by one. Entries that are not finite at the unperturbed state are skipped.
         size = np.max(np.abs(before[rows]), axis=-1, keepdims=True, initial=0.0, where=np.isfinite(before[rows]))
-        found.append((change[rows] > CHANGED * size).any(axis=(0, 1, 3)).reshape(-1, len(MOVES)).any(axis=1))
+        found.append((change[rows] > SOLVED * size).any(axis=(0, 1, 3)).reshape(-1, len(MOVES)).any(axis=1))
     return np.array(found)

@@ -14,8 +14,8 @@ import numpy as np
 
 from ...arrays import Array, Mask, Parts
 from ...contracts.scheme import Scheme, State, Stepper, flatten
-from ...forms import BROWNIAN, IndexOne, Problem, components
-from ...noise.brownian import USUAL, Increment, LevelNoise, Source, brownian_steps
+from ...forms import BROWNIAN, Delayed, IndexOne, Problem, components
+from ...noise.brownian import USUAL, Brownian, Increment, LevelNoise, Source
 from ..step.nodes import SEED
 
 # Paths of a run, parts of the comparison, steps, and number of halvings to test whether differences vanish; larger
@@ -25,9 +25,13 @@ from ..step.nodes import SEED
 PATHS, PARTS, COARSE, FINER, FINEST = 64, 8, 40, 2, 4
 # Relative to the movement of the solution: smaller differences are ignored. A difference of order h^(1/2) is halved
 # on steps of a fourth of the size; one that decreases by less than the second factor stays.
+# Size: of what is followed; a smaller effect of memory is not reported.
+# Theorem: elementary, halfway between 1/2, of order 1/2, and 1, of a difference that stays.
 SMALL, VANISHING = 1e-3, 0.75
 # Runs that differ by more than this multiple of their movement are not compared: such long steps are unstable.
+# Theorem: elementary, two independent runs of the same law differ by sqrt(2) of their root mean square movement.
 DIVERGED = 2.0
+HISTORY = "a scheme that keeps a history of its own overrides start(problem, paths, h) instead of enter"
 
 
 class Apart(NamedTuple):
@@ -40,10 +44,13 @@ class Apart(NamedTuple):
     sizes : tuple of ndarray, shape (C, n)
         Root mean squares over the paths, relative to the movement of the solution; each for a fourth of the previous
         step size.
+    delayed : bool
+        Whether the problem has a delay, so that the memory may be a history, which `enter` cannot set.
     """
 
     names: tuple[str, ...]
     sizes: tuple[Array, ...]
+    delayed: bool = False
 
     @property
     def stays(self) -> Mask:
@@ -61,7 +68,8 @@ class Apart(NamedTuple):
         component, part = divmod(int(worst.argmax()), PARTS)
         where = f"from {part / PARTS:g} to {(part + 1) / PARTS:g} of the horizon"
         off = f"{worst.max():.2g} of the displacement of {self.names[component]} {where}"
-        return f"a run and a restart by enter(problem, state, t, h) differ by {off}, whatever h"
+        text = f"a run and a restart by enter(problem, state, t, h) differ by {off}, whatever h"
+        return f"{text}; {HISTORY}" if self.delayed else text
 
 
 def remembers(scheme: Scheme, view: Any) -> bool:
@@ -98,17 +106,18 @@ def run_memory(scheme: Scheme, view: Problem) -> Apart | None:
         return None
     with np.errstate(all="ignore"):
         names, fine = _apart(scheme, view, FINER)
+        found = Apart(names, (fine,), bool(view.capability(Delayed)))
         if not (fine > SMALL).any():
-            return Apart(names, (fine,))
-        found = Apart(names, (_apart(scheme, view, 0)[1], fine))
-        return Apart(names, (*found.sizes, _apart(scheme, view, FINEST)[1])) if found.stays.any() else found
+            return found
+        found = found._replace(sizes=(_apart(scheme, view, 0)[1], fine))
+        return found._replace(sizes=(*found.sizes, _apart(scheme, view, FINEST)[1])) if found.stays.any() else found
 
 
 def _apart(scheme: Scheme, view: Problem, level: int) -> tuple[tuple[str, ...], Array]:
     """Return names of components, and differences of both runs, shape (C, n), after `level` halvings of the steps."""
     fields = view.noise & {*BROWNIAN} | USUAL
     source = Source(SEED, "memory", 0, PATHS)
-    drawn = brownian_steps(source, view.noise_dim, view.horizon / COARSE, level, fields)
+    drawn = Brownian(source, view.noise_dim, view.horizon / COARSE, level, fields).steps()
     found = _PairedRun(scheme, view, [next(drawn)[level] for _ in range(COARSE)]).apart()
     return tuple(found), np.array(list(found.values()))
 

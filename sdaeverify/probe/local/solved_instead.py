@@ -5,9 +5,8 @@ the step solves another equation. A mistake is named only if it explains both ra
 resolution of the limits, and if no other mistake does.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -16,115 +15,31 @@ import numpy as np
 from ...arrays import Array
 from ...contracts.scheme import Scheme
 from ...errors import FAULTS
-from ...forms import Damped, Equation, Problem
+from ...forms import Damped, Problem
+from ...numerics import norm
+from ..mistakes.fitted_mistakes import factor_text, fitted_mistakes
+from ..mistakes.given_rates import DEFECT, RESOLUTION, Given, Mistake, Rates, near, squares
+from ..mistakes.used_noise import NONLINEAR, SIZE, moves_at, moves_of, used_noise
 from ..step.nodes import Nodes, law_nodes
 from ..step.one_step import STILL, OneStep
-from .step_law import equation_rates, short_steps
+from .equation_rates import equation_rates
+from .step_law import short_steps
 
-# Step size in units of time, ratio and number of sizes: rates are extrapolated to eliminate their errors in h and
-# h^2.
-SIZE, RATIO, LEVELS = 2.0**-10, 2.0, 3
-# Relative accuracy of the limits of rates with an expansion in h, and the smallest relative deviation that counts as
-# a mistake.
-RESOLUTION, DEFECT = 2e-5, 1e-3
-# Part of the exact variance below which there is no noise but rounding; a noise h dW has 1e-7.
+# Words: ratio and number of step sizes: rates are extrapolated to eliminate their errors in h and h^2.
+RATIO, LEVELS = 2.0, 3
+# Words: part of the exact variance below which there is no noise but rounding; a noise h dW has 1e-7.
 NO_NOISE = 1e-12
 # Numbers of times and states at which rates are compared, and the largest growth of states.
 # Size: times and states.
 TIMES, STATES, GROWN = 5, 6, 10.0
-# Relative step of the difference quotients of the diffusion along its columns.
-ALONG = 1e-5
-# Factors that change friction and strength, to distinguish 1/gamma from gamma; powers that are tested.
+# Words: factors that change friction and strength, to distinguish 1/gamma from gamma; powers that are tested.
 CHANGED, POWERS = (1.37, 1.21), (-2, -1, 0, 1, 2)
-# Factors that common mistakes have for any equation; other factors are reported only if the correction is no multiple
-# of the drift.
-SIMPLE = (0.0, 1.0, -1.0, 0.5, 2.0)
 # Exponents s of a noise xi h^s in place of xi sqrt(h), with their descriptions.
 SCALINGS = {
     1.0: "the noise is h xi where sqrt(h) xi is meant: it does not scale with sqrt(h)",
     1.5: "the noise is h dW where dW is meant: it is multiplied by the step size",
     0.0: "the noise is xi where sqrt(h) xi is meant: it does not scale with sqrt(h)",
 }
-
-
-class Rates(NamedTuple):
-    """Rates of mean and square of an equation, or of short steps, at n points.
-
-    Attributes
-    ----------
-    f : ndarray, shape (d, n)
-    Q : ndarray, shape (d, d, n)
-    """
-
-    f: Array
-    Q: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Given:
-    """The equation given to a step, at n points of one time.
-
-    Attributes
-    ----------
-    equation : Equation
-    t : float
-    x : ndarray, shape (d, n)
-    """
-
-    equation: Equation
-    t: float
-    x: Array
-
-    def drift(self, t: float | None = None) -> Array:
-        """Return f, shape (d, n), at the points, by default at their time."""
-        return np.broadcast_to(self.equation.drift(self.t if t is None else t, self.x), self.x.shape)
-
-    def diffusion(self, t: float | None = None, x: Array | None = None) -> Array:
-        """Return B, shape (d, l, n), by default at the points and their time."""
-        at = self.x if x is None else x
-        B = self.equation.diffusion(self.t if t is None else t, at)
-        return np.broadcast_to(B, (len(at), self.equation.noise_dim, at.shape[1]))
-
-    @cached_property
-    def correction(self) -> Array:
-        """Half the sum of DB_j B_j, the difference between the drifts of Ito and Stratonovich, shape (d, n)."""
-        total = np.zeros(self.x.shape)
-        for j in range(self.equation.noise_dim):
-            column = self.diffusion()[:, j]
-            eps = ALONG * (1.0 + np.abs(self.x).max()) / (1.0 + np.abs(column).max())
-            ahead, behind = (self.diffusion(x=self.x + sign * eps * column)[:, j] for sign in (1.0, -1.0))
-            total += (ahead - behind) / (4.0 * eps)
-        return total
-
-    @property
-    def rates(self) -> Rates:
-        """Rates f and B B^T of the equation at the points."""
-        return Rates(self.drift(), squares(self.diffusion()))
-
-
-def squares(B: Array) -> Array:
-    """Return B B^T, shape (d, d, n)."""
-    return np.asarray(np.einsum("ikn,jkn->ijn", B, B))
-
-
-class Mistake(NamedTuple):
-    """A mistake and the rates that result from it.
-
-    Attributes
-    ----------
-    drift, noise : callable, Given -> ndarray, or None
-        Return f_0, shape (d, n), and columns whose squares are Q_0, shape (d, l, n); None if unchanged.
-    sentence : str
-    """
-
-    drift: Callable[[Given], Array] | None
-    noise: Callable[[Given], Array] | None
-    sentence: str
-
-    @property
-    def changes(self) -> int:
-        """Number of changed coefficients, of drift and diffusion."""
-        return (self.drift is not None) + (self.noise is not None)
 
 
 def _summed(given: Given) -> Array:
@@ -150,27 +65,26 @@ def _own_sizes(given: Given) -> Array:
     return np.asarray(np.einsum("in,ij->ijn", sizes, np.eye(len(sizes))))
 
 
+def _tamed(given: Given) -> Array:
+    f = given.drift()
+    return f / (1.0 + norm(f))
+
+
+def _truncated(given: Given) -> Array:
+    f = given.drift()
+    return f / np.maximum(1.0, norm(f))
+
+
+def _shifted(factor: float, sentence: str) -> Mistake:
+    """Return the mistake of a drift that is off by a multiple of the correction."""
+    return Mistake(lambda g: g.drift() + factor * g.correction, None, f"dx = (f {sentence}")
+
+
 MISTAKES = (
-    Mistake(
-        lambda g: g.drift() + g.correction,
-        None,
-        "dx = (f + (1/2) sum DB_j B_j) dt + B dW: Ito's equation is given, Stratonovich's is solved",
-    ),
-    Mistake(
-        lambda g: g.drift() - g.correction,
-        None,
-        "dx = (f - (1/2) sum DB_j B_j) dt + B dW: the drift is Stratonovich's, the noise is Ito's",
-    ),
-    Mistake(
-        lambda g: g.drift() + 2.0 * g.correction,
-        None,
-        "dx = (f + sum DB_j B_j) dt + B dW: the noise is evaluated at the end of the step (backward Ito)",
-    ),
-    Mistake(
-        lambda g: g.drift() - 2.0 * g.correction,
-        None,
-        "dx = (f - sum DB_j B_j) dt + B dW: the whole correction is subtracted, and the noise is Ito's",
-    ),
+    _shifted(1.0, "+ (1/2) sum DB_j B_j) dt + B dW: Ito's equation is given, Stratonovich's is solved"),
+    _shifted(-1.0, "- (1/2) sum DB_j B_j) dt + B dW: the drift is Stratonovich's, the noise is Ito's"),
+    _shifted(2.0, "+ sum DB_j B_j) dt + B dW: Ito's equation is given, the backward Ito equation is solved"),
+    _shifted(-2.0, "- sum DB_j B_j) dt + B dW: the drift lacks the whole correction, twice that of Stratonovich"),
     Mistake(None, _summed, "all Brownian motions share one increment"),
     Mistake(None, _first, "only the first Brownian motion acts"),
     Mistake(None, _transposed, "the diffusion is transposed: B^T dW"),
@@ -179,20 +93,28 @@ MISTAKES = (
     Mistake(lambda g: g.drift(0.0), lambda g: g.diffusion(0.0), "the coefficients are evaluated at t = 0"),
     Mistake(lambda g: g.drift(0.0), None, "the drift is evaluated at t = 0"),
     Mistake(None, lambda g: g.diffusion(0.0), "the diffusion is evaluated at t = 0"),
+    Mistake(lambda g: g.drift() * g.x, None, "the drift is multiplied by the state"),
+    Mistake(None, lambda g: g.diffusion() * g.x[:, None], "the diffusion is multiplied by the state"),
+    Mistake(_tamed, None, "the drift is f/(1 + |f|): it is tamed without the step size, at any step size"),
+    Mistake(
+        _truncated, None, "the drift is f min(1, 1/|f|): it is truncated without the step size, at any step size"
+    ),
 )
 
 
-def solved_instead(scheme: Scheme, view: Problem) -> str:
+def solved_instead(scheme: Scheme, view: Problem, *, paths: bool = False) -> str:
     """Return a sentence on the equation that a step solves instead of that of a problem, or an empty string.
 
-    It is empty if the step solves the right equation, if no known mistake explains its rates, and if several
-    mistakes do.
+    It is empty if the step solves the right equation, and if no known mistake explains its rates. The mistake is the
+    only one, with the same numbers, that explains the rates on a random equation of the form, too.
 
     Parameters
     ----------
     scheme : Scheme
     view : Problem
         Problem in the scheme's form.
+    paths : bool
+        Whether the refuted claim is about paths, so that noise that is not dW but has its law is a mistake.
     """
     try:
         with np.errstate(all="ignore"):
@@ -201,14 +123,45 @@ def solved_instead(scheme: Scheme, view: Problem) -> str:
                 return STILL
             # On a manifold the correction is a multiple of the drift or of normals, so that too many mistakes would
             # explain the rates.
-            measured = None if view.has_constraints else _measured(scheme, view)
-            if measured is None or not measured.differs:
+            found = frozenset() if view.has_constraints else _sentences(scheme, view, paths=paths)
+            other = view.random_like() if found else None
+            if other is None or scheme.why_not(other):
                 return ""
-            dynamics = view.capability(Damped)
-            found = _of_langevin(scheme, dynamics) if dynamics is not None else _of_equation(measured)
+            both = found & _sentences(scheme, other, paths=paths)
+            return next(iter(both)) if len(both) == 1 else ""
     except FAULTS:
         return ""
-    return found
+
+
+def _sentences(scheme: Scheme, view: Problem, *, paths: bool) -> frozenset[str]:
+    """Return the sentences of the mistakes that explain the moves on one problem."""
+    step = short_steps(scheme, view)
+    given = [] if step is None else _points(step)
+    if step is None or not given:
+        return frozenset()
+    measured, dynamics = measured_at(step, given), view.capability(Damped)
+    if measured is not None and measured.power != 0.5:
+        return _all(_of_power(measured))
+    differs = measured if measured is not None and measured.differs else None
+    if differs is not None and dynamics is None and (known := _explained(differs, MISTAKES)):
+        return known | _all(_scaled(differs))
+    moves = _of_moves(step, given, paths=paths)
+    if differs is None or moves not in {"", NONLINEAR}:
+        return _all(moves)
+    # The law of a nonlinear function of the noise says more than that it is one.
+    rates = _of_rates(differs) if dynamics is None else _all(_of_langevin(scheme, dynamics))
+    return rates or _all(moves)
+
+
+def _all(sentence: str) -> frozenset[str]:
+    return frozenset({sentence} - {""})
+
+
+def _of_moves(step: OneStep, given: Sequence[Given], *, paths: bool) -> str:
+    """Return the sentence on the noise that a step uses, if it is the same for two rules."""
+    rules = law_nodes(step.view.noise_dim, step.scheme.noise, step.scheme.law)
+    found = {used_noise(moves_of(step, given, nodes), paths=paths) for nodes in rules}
+    return found.pop() if len(found) == 1 else ""
 
 
 class Measured(NamedTuple):
@@ -227,31 +180,28 @@ class Measured(NamedTuple):
         """Return whether given rates are those of the step, relative to the sizes of both."""
         exact = [each.rates for each in self.given]
         return all(
-            _near(own.f, other.f, tolerance, right.f) and _near(own.Q, other.Q, tolerance, right.Q)
+            near(own.f, other.f, tolerance, right.f) and near(own.Q, other.Q, tolerance, right.Q)
             for own, other, right in zip(self.rates, rates, exact, strict=True)
         )
 
 
-def _near(a: Array, b: Array, tolerance: float, right: Array) -> bool:
-    """Return whether two rates agree at all points, relative to both and to the exact one."""
-    axes = tuple(range(a.ndim - 1))
-    size = np.abs(a).max(axis=axes) + np.abs(b).max(axis=axes) + np.abs(right).max(axis=axes)
-    return bool((np.abs(a - b).max(axis=axes) <= tolerance * (size + 1e-3 * size.max(initial=0.0))).all())
-
-
-def _measured(scheme: Scheme, view: Problem) -> Measured | None:
-    """Return the rates of short steps at states that solutions reach; None if steps cannot be compared."""
-    step = short_steps(scheme, view)
-    if step is None:
-        return None
+def _points(step: OneStep) -> list[Given]:
+    """Return the equation at a few times, at states that solutions reach; empty if none is known."""
     points = equation_rates(step.view, step.equation)
     sizes = np.abs(points.x).max(axis=(1, 2))
     # Solutions of random equations may grow so large that no step size is small.
     known = np.flatnonzero(np.isfinite(sizes) & (sizes <= GROWN * (1.0 + sizes[0])))
     if not known.size:
-        return None
+        return []
     when = np.unique(known[np.linspace(0, len(known) - 1, TIMES).astype(int)])
-    return measured_at(step, [Given(step.equation, float(points.t[k]), points.x[k, :, -STATES:]) for k in when])
+    return [Given(step.equation, float(points.t[k]), points.x[k, :, -STATES:]) for k in when]
+
+
+def _measured(scheme: Scheme, view: Problem) -> Measured | None:
+    """Return the rates of short steps at states that solutions reach; None if steps cannot be compared."""
+    step = short_steps(scheme, view)
+    given = [] if step is None else _points(step)
+    return measured_at(step, given) if step is not None and given else None
 
 
 def measured_at(step: OneStep, given: list[Given]) -> Measured | None:
@@ -279,15 +229,8 @@ def _power(step: OneStep, given: Sequence[Given], nodes: Nodes) -> float | None:
     return near if abs(near - found) < 0.05 else None
 
 
-def _moves(step: OneStep, given: Given, nodes: Nodes, h: float) -> Array:
-    """Return the displacements of a step of size h, shape (d, n, K)."""
-    wide = np.repeat(given.x, len(nodes.weights), axis=1)
-    made = step.make(wide.copy(), given.t, h, nodes.increment(h, given.x.shape[1]))
-    return np.asarray((step.read(made.state) - wide).reshape(*given.x.shape, -1))
-
-
 def _central(step: OneStep, given: Given, nodes: Nodes, h: float) -> Array:
-    moves = _moves(step, given, nodes, h)
+    moves = moves_at(step, given, nodes, h)
     moves = moves - (moves @ nodes.weights)[..., None]
     return np.asarray(np.einsum("ink,jnk,k->ijn", moves, moves, nodes.weights))
 
@@ -295,7 +238,7 @@ def _central(step: OneStep, given: Given, nodes: Nodes, h: float) -> Array:
 def _limits(step: OneStep, given: Given, nodes: Nodes, power: float, part: float = 1.0) -> Rates:
     """Return the limits of E Delta/h and of the covariance over h^(2 s), extrapolated from three step sizes."""
     sizes = [part * SIZE * step.time_unit * RATIO**-k for k in range(LEVELS)]
-    means = [_moves(step, given, nodes, h) @ nodes.weights / h for h in sizes]
+    means = [moves_at(step, given, nodes, h) @ nodes.weights / h for h in sizes]
     covariances = [_central(step, given, nodes, h) / h ** (2.0 * power) for h in sizes]
     return Rates(_extrapolated(means), _extrapolated(covariances))
 
@@ -306,73 +249,42 @@ def _extrapolated(values: list[Array]) -> Array:
     return values[0]
 
 
-def _of_equation(measured: Measured) -> str:
-    """Return the sentence of the mistake that explains the rates; factors last, which often fit linear equations."""
-    if measured.power != 0.5:
-        right = measured.explained_by([each.rates for each in measured.given])
-        return SCALINGS[measured.power] if right else ""
-    found = [*_explanations(measured)]
-    if not found:
-        return _scaled(measured)
+def _of_power(measured: Measured) -> str:
+    """Return the sentence on noise that does not scale with sqrt(h), or an empty string."""
+    right = measured.explained_by([each.rates for each in measured.given])
+    return SCALINGS[measured.power] if right else ""
+
+
+def _of_rates(measured: Measured) -> frozenset[str]:
+    """Return the sentences with numbers; they often fit linear equations, where they do not exclude factors."""
+    pairs = [*zip(measured.given, measured.rates, strict=True)]
+    return _explained(measured, fitted_mistakes(pairs)) | _all(_scaled(measured))
+
+
+def _explained(measured: Measured, mistakes: Iterable[Mistake]) -> frozenset[str]:
+    """Return the sentences of the mistakes with the fewest changes whose rates are the measured ones."""
+    found = [each for each in mistakes if measured.explained_by([*map(each.rates, measured.given)])]
     # If the diffusion is constant, a mistake that also changes its time explains no more than one that does not.
-    fewest = min(each.changes for each in found)
-    sentences = {each.sentence for each in found if each.changes == fewest}
-    return sentences.pop() if len(sentences) == 1 else ""
-
-
-def _explanations(measured: Measured) -> Iterator[Mistake]:
-    """Yield the mistakes whose rates agree with the measured ones at all times and states."""
-    for mistake in MISTAKES:
-        changed = [
-            Rates(
-                mistake.drift(each) if mistake.drift else each.rates.f,
-                squares(mistake.noise(each)) if mistake.noise else each.rates.Q,
-            )
-            for each in measured.given
-        ]
-        if measured.explained_by(changed):
-            yield mistake
+    fewest = min((each.changes for each in found), default=0)
+    return frozenset(each.sentence for each in found if each.changes == fewest)
 
 
 def _scaled(measured: Measured) -> str:
     """Return the sentence on a drift and a noise that are multiples of those of the equation, or an empty string."""
     exact = [each.rates for each in measured.given]
     a, c = (
-        _simple_factor([getattr(each, name) for each in measured.rates], [getattr(each, name) for each in exact])
+        _factor([getattr(each, name) for each in measured.rates], [getattr(each, name) for each in exact])
         for name in ("f", "Q")
     )
-    if measured.power != 0.5 or not measured.explained_by([Rates(a * each.f, c * each.Q) for each in exact]):
+    if not measured.explained_by([Rates(a * each.f, c * each.Q) for each in exact]):
         return ""
-    if a not in SIMPLE and _is_ambiguous(measured):
-        return ""
-    return ", ".join(filter(None, (_times("the drift", a), _noise_times(c))))
-
-
-def _is_ambiguous(measured: Measured) -> bool:
-    """Return whether the correction is a multiple of the drift, so that a factor of the drift may be due to it."""
-    f, more = [each.drift() for each in measured.given], [each.correction for each in measured.given]
-    factor = _factor(more, f)
-    return factor != 0.0 and all(_near(factor * a, b, RESOLUTION, a) for a, b in zip(f, more, strict=True))
+    return ", ".join(filter(None, (factor_text("the drift", a), _noise_times(c))))
 
 
 def _factor(found: Sequence[Array], exact: Sequence[Array]) -> float:
     a, b = (np.concatenate([each.ravel() for each in some]) for some in (found, exact))
     square = float(b @ b)
     return float(a @ b) / square if square else 1.0
-
-
-def _simple_factor(found: Sequence[Array], exact: Sequence[Array]) -> float:
-    """Return the factor between rates, rounded to a simple one if that agrees to the resolution."""
-    factor = _factor(found, exact)
-    return next((each for each in SIMPLE if abs(factor - each) <= RESOLUTION), factor)
-
-
-def _times(what: str, factor: float) -> str:
-    named = {0.0: "is left out", -1.0: "has the wrong sign", 0.5: "is halved", 2.0: "is doubled"}
-    for value, words in named.items():
-        if abs(factor - value) <= RESOLUTION:
-            return f"{what} {words}"
-    return "" if abs(factor - 1.0) <= DEFECT else f"{what} is multiplied by {factor:.4g}"
 
 
 def _noise_times(factor: float) -> str:
@@ -412,13 +324,8 @@ def _of_langevin(scheme: Scheme, view: Any) -> str:
     if any(each is None for each in powers):
         return ""
     speed, force, friction, noise = (each for each in powers if each is not None)
-    words = (
-        _plain("the velocity of the position", speed),
-        _plain("the force", force),
-        _friction(friction),
-        _strength(noise),
-    )
-    return ", ".join(filter(None, words))
+    plain = _plain("the velocity of the position", speed), _plain("the force", force)
+    return ", ".join(filter(None, (*plain, _friction(friction), _strength(noise))))
 
 
 class _Monomial(NamedTuple):
@@ -468,13 +375,13 @@ def _monomial(factors: Array, view: Any) -> _Monomial | None:
 
 def _plain(what: str, of: _Monomial) -> str:
     if (of.a, of.b) == (0, 0):
-        return _times(what, of.kappa)
+        return factor_text(what, of.kappa)
     return f"{what} is multiplied by {_product(of)}"
 
 
 def _friction(of: _Monomial) -> str:
     if (of.a, of.b) == (0, 0):
-        return _times("the friction", of.kappa)
+        return factor_text("the friction", of.kappa)
     return f"the friction is {_product(of._replace(a=of.a + 1))} where gamma is meant"
 
 

@@ -1,8 +1,8 @@
-"""Local strong defects: one step against two half steps and against Euler-Maruyama, at cubature nodes of the noise.
+"""Local strong defects: one step against two half steps, at cubature nodes of the noise.
 
 At a state x, with the noise xi = (xi_1, xi_2) of two half steps at Gauss-Hermite nodes,
 
-    d_self = Phi_h(x; xi) - Phi_{h/2}(Phi_{h/2}(x; xi_1); xi_2),     d_em = Phi_h(x; xi) - [x + f h + B dW].
+    d_self = Phi_h(x; xi) - Phi_{h/2}(Phi_{h/2}(x; xi_1); xi_2).
 """
 
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ from ...forms import Problem
 from ...noise.brownian import Increment
 from ...numerics.digits import SCALE, keep_defined, significant
 from ..step.component_units import component_units
-from ..step.nodes import COUNTS, FEWEST, HalfSteps, Nodes, Rule, fifth_degree_rule, half_steps, resolving_rule
+from ..step.nodes import COUNTS, FEWEST, SEED, HalfSteps, Nodes, Rule, fifth_degree_rule, half_steps, resolving_rule
 from ..step.one_step import OneStep, why_not_resolved
 from ..step.states import SPREAD, in_batches, spread_states, time_unit
 from ..step.times import ProbeTime, times
@@ -29,10 +29,11 @@ from .reach import reach
 # Step sizes 4^-2, ..., 4^-8 of the horizon, or of the unit of time if that is shorter.
 LEVELS = 4.0 ** -np.arange(2.0, 9.0)
 # Number of coarsest step sizes that are left out for given states: an order is taken from the finest ones.
+# Size: step sizes.
 NOT_ASYMPTOTIC = 2
 # Finer step sizes, used if a defect of the size of a solver's tolerance decreases more slowly than before.
 FINER = 4.0 ** -np.arange(9.0, 12.0)
-# Much shorter step sizes, down to rounding, used if a step does not follow the equation at the others.
+# Much shorter step sizes, down to rounding, used if no order is seen at the others.
 SHORTEST = 4.0 ** -np.arange(12.0, 19.0)
 # Largest product of states, nodes and components: steps of many components, implicit ones above all, are expensive.
 # The number of states is reduced accordingly, but not below the second number.
@@ -41,17 +42,20 @@ WORK, LEAST_STATES = 80_000, 2
 # The same for further states, and the nodes of each of two variables there.
 # Size: the same.
 FURTHER_WORK, FEW_NODES = 20_000, 4
+# States with random nodes, and the least and the largest number of these: 0.99^256 = 0.08 is the probability that all
+# miss a share of 1/100 of the noise.
+# Size: states and nodes.
+FEW_STATES, FEW_RANDOM, MANY_RANDOM = 4, 64, 256
 # Numbers of variables for which a rule of degree 5 has fewer nodes than three per variable.
+# Theorem: 2^n + 2 n < 3^n from n = 3 on (Stroud 1971).
 SMALL = range(3, len(COUNTS) + 1)
 # Groups of states with the nodes of steps from these.
 Groups = tuple[tuple[Array, HalfSteps], ...]
 # Root mean squares and means of the defects of steps, and the other results of `_defects_of`.
 Defects = tuple[Array, ...]
 # Value of `LocalStrong.means` for a rule of degree 3.
+# Size: no number, but a mark of a record.
 UP_TO_1 = 0.5
-# Kinds of defects: from two half steps, from Euler-Maruyama, and from Euler-Maruyama after a step of the scheme.
-# Size: indices of an array.
-SELF, EM, LATER = range(3)
 
 
 class LocalStrong(NamedTuple):
@@ -61,9 +65,8 @@ class LocalStrong(NamedTuple):
     ----------
     h : ndarray, shape (H,)
         Seven, or ten if a defect of the size of a solver's tolerance decreases more slowly than before.
-    rms, mean : ndarray, shape (3, C, S, H)
-        ||d||_{L2} and |E d| over the rows of each component, in its unit, for d_self, for d_em, and for d_em of the
-        second half step, which starts where the scheme has arrived.
+    rms, mean : ndarray, shape (C, S, H)
+        ||d_self||_{L2} and |E d_self| over the rows of each component, in its unit.
     turned : ndarray, shape (C, S, H)
         1 if E d_self points away from its direction at the previous step size, so that it is near 0 between the two.
     scale : ndarray, shape (S, H)
@@ -136,12 +139,13 @@ def local_strong(scheme: Scheme, view: Problem, *, shortest: bool = False) -> Lo
     x = step.usable_states(_last_but_one(view))
     nodes = _half_step_nodes(step)
     x = _affordable(x, len(nodes.whole.weights))
-    probe = _probe(step, ((x, nodes), _further(step)), times(step, x))
+    further = _further(step)
+    groups, when = ((x, nodes), further, _scattered(step, further[0])), times(step, x)
     with np.errstate(all="ignore"):
-        if shortest:
-            return probe.at(SHORTEST * step.time_unit)
-        record = probe.at(LEVELS * step.time_unit)
-        return _join_levels(record, probe.at(FINER * step.time_unit)) if _slows_down(record) else record
+        record = _defects_at(step, groups, when, (SHORTEST if shortest else LEVELS) * step.time_unit)
+        if shortest or not _slows_down(record):
+            return record
+        return _join_levels(record, _defects_at(step, groups, when, FINER * step.time_unit))
 
 
 def local_strong_from(scheme: Scheme, view: Problem, x: Array) -> LocalStrong:
@@ -159,9 +163,9 @@ def local_strong_from(scheme: Scheme, view: Problem, x: Array) -> LocalStrong:
     LocalStrong
     """
     step = OneStep(scheme, view)
-    probe = _probe(step, ((x, _half_step_nodes(step)),), (ProbeTime(step.time),))
+    groups, when = ((x, _half_step_nodes(step)),), (ProbeTime(step.time),)
     with np.errstate(all="ignore"):
-        return probe.at(LEVELS[NOT_ASYMPTOTIC:] * step.time_unit)
+        return _defects_at(step, groups, when, LEVELS[NOT_ASYMPTOTIC:] * step.time_unit)
 
 
 def _half_step_nodes(step: OneStep) -> HalfSteps:
@@ -170,38 +174,22 @@ def _half_step_nodes(step: OneStep) -> HalfSteps:
     return half_steps(motions, count, areas=areas, levy="A" in step.scheme.noise)
 
 
-class _Probe(NamedTuple):
-    # A step; groups of states with the noise of its halves, those of `cloud` first; the times of the step; the units
-    # of components; and which errors affect which components.
-    step: OneStep
-    groups: Groups
-    when: tuple[ProbeTime, ...]
-    units: Array
-    reached: Array
-
-    def at(self, h: Array) -> LocalStrong:
-        """Return the defects of steps of all sizes h."""
-        step, groups, when, units, reached = self
-        x, nodes = groups[0]
-        every = np.concatenate([states for states, _ in groups], axis=1)
-        degree = 1.0 if nodes.whole.degree >= 5 else UP_TO_1
-        counts = np.array(degree), np.array(float(len(when))), np.array(float(x.shape[1]))
-        levels = _levels(step, groups, h.tolist(), when)
-        rms, mean, means, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
-        turned = _find_turns(means, list(step.names.values()))
-        rms, mean = keep_defined(rms / units, scale), keep_defined(mean / units, scale)
-        scale = significant(scale, SCALE)
-        begins = [[moment.of_size(step, size) for size in h.tolist()] for moment in when]
-        truncated = np.concatenate([step.truncated(every, h, times) for times in begins])
-        rms, mean = (np.where(truncated, np.nan, part) for part in (rms, mean))
-        return LocalStrong(h, rms, mean, turned, scale, reached, *counts)
-
-
-def _probe(step: OneStep, groups: Groups, when: tuple[ProbeTime, ...]) -> _Probe:
-    x = groups[0][0]
-    with np.errstate(all="ignore"):
-        units = component_units(step, x, float(LEVELS[0]) * step.time_unit)[:, None, None]
-        return _Probe(step, groups, when, units, reach(step, x))
+def _defects_at(step: OneStep, groups: Groups, when: tuple[ProbeTime, ...], h: Array) -> LocalStrong:
+    """Return the defects of steps of all sizes h from groups of states, those of `cloud` first, at some times."""
+    x, nodes = groups[0]
+    every = np.concatenate([states for states, _ in groups], axis=1)
+    degree = 1.0 if nodes.whole.degree >= 5 else UP_TO_1
+    counts = np.array(degree), np.array(float(len(when))), np.array(float(x.shape[1]))
+    units = component_units(step, x, float(LEVELS[0]) * step.time_unit)[:, None, None]
+    levels = _levels(step, groups, h.tolist(), when)
+    rms, mean, means, scale = (np.stack(parts, axis=-1) for parts in zip(*levels, strict=True))
+    turned = _find_turns(means, list(step.names.values()))
+    rms, mean = keep_defined(rms / units, scale), keep_defined(mean / units, scale)
+    scale = significant(scale, SCALE)
+    begins = [[moment.of_size(step, size) for size in h.tolist()] for moment in when]
+    truncated = np.concatenate([step.truncated(every, h, times) for times in begins])
+    rms, mean = (np.where(truncated, np.nan, part) for part in (rms, mean))
+    return LocalStrong(h, rms, mean, turned, scale, reach(step, x), *counts)
 
 
 def _further(step: OneStep) -> tuple[Array, HalfSteps]:
@@ -211,6 +199,22 @@ def _further(step: OneStep) -> tuple[Array, HalfSteps]:
     most = FURTHER_WORK // (step.equation.dimension * len(nodes.whole.weights))
     x = spread_states(step.view, step.equation, int(np.clip(most, LEAST_STATES, SPREAD)))
     return step.usable_states(_last_but_one(step.view), x), nodes
+
+
+def _scattered(step: OneStep, x: Array) -> tuple[Array, HalfSteps]:
+    """Return a few of the states x, with many random nodes: a step that is different in a small region of the noise.
+
+    Root mean squares show it; the means of the defects are not resolved.
+    """
+    areas, levy = "H" in step.scheme.noise, "A" in step.scheme.noise
+    count = int(np.clip(FURTHER_WORK // (step.equation.dimension * FEW_STATES), FEW_RANDOM, MANY_RANDOM))
+    nodes = half_steps(step.view.noise_dim, count, areas=areas, levy=levy, rule=_random_rule)
+    return x[:, :: max(1, x.shape[1] // FEW_STATES)][:, :FEW_STATES], nodes
+
+
+def _random_rule(n: int, count: int) -> Rule:
+    points = np.random.Generator(np.random.Philox(key=SEED + 22)).standard_normal((n, count))
+    return Rule(points, np.full(count, 1.0 / count), exact=False, degree=0)
 
 
 def _small_rule(n: int, count: int) -> Rule:
@@ -244,7 +248,7 @@ def _find_turns(means: Array, rows: list[slice]) -> Array:
 def _slows_down(record: LocalStrong) -> bool:
     """Return whether a solver's tolerance shows, or may show at finer steps."""
     for part, group in product((record.rms, record.mean), record.groups):
-        size, scale = part[:, :, group].max(axis=2), record.scale[group].max(axis=0)
+        size, scale = part[:, group].max(axis=1), record.scale[group].max(axis=0)
         found = last_orders(record.h, size, ROUNDING * scale, scale)
         slower = (found.ahead < found.order - SETTLED) & (size[..., -1] < TOLERANCE * scale[-1])
         if (slower | (found.plateau_h > 0.0)).any():
@@ -287,14 +291,11 @@ def _batches(step: OneStep, groups: Groups, h: float) -> Iterator[tuple[Array, H
 def _defects(step: OneStep, cases: list[_Case]) -> Iterator[Defects]:
     """Yield the defects of a step for each case, see `_defects_of`; the steps of all cases are made in few calls."""
 
-    def one(x: Array, t: float, h: float, noise: Increment) -> Array:
-        return np.stack([step(x, t, h, noise), step.euler(x, t, h, noise)])
-
     def first(x: Array, t: float, h: float, noise: Increment) -> State:
         return step.make(x, t, h, noise).state
 
     def second(state: State, t: float, h: float, noise: Increment) -> Array:
-        return np.stack([step.read(step.advance(state, t, h, noise)), step.euler(step.read(state), t, h, noise)])
+        return step.read(step.advance(state, t, h, noise))
 
     def halves() -> Iterator[PathBatch]:
         states = together(first, [batch for batch, _ in begun])
@@ -304,43 +305,36 @@ def _defects(step: OneStep, cases: list[_Case]) -> Iterator[Defects]:
 
     whole = [case.at_distinct(case.nodes.whole, case.h) for case in cases]
     begun = [case.at_distinct(case.nodes.first, 0.5 * case.h) for case in cases]
-    made = together(one, [batch for batch, _ in whole])
-    for case, (_, places), wide, ends in zip(cases, whole, made, together(second, halves()), strict=True):
-        yield _defects_of(step, case, wide, np.concatenate([np.take(wide, places, axis=-1), ends]))
+    made = together(step, [batch for batch, _ in whole])
+    for case, (_, places), wide, twice in zip(cases, whole, made, together(second, halves()), strict=True):
+        yield _defects_of(step, case, np.abs(wide).max(axis=0), np.take(wide, places, axis=-1) - twice)
 
 
-def _defects_of(step: OneStep, case: _Case, made: Array, ends: Array) -> Defects:
+def _defects_of(step: OneStep, case: _Case, reached: Array, defects: Array) -> Defects:
     """Return the defects of a step.
 
     Parameters
     ----------
-    made : ndarray, shape (2, d, P)
-        Results of the step and of Euler's step at distinct noise.
-    ends : ndarray, shape (4, d, S K)
-        Results at all nodes of the step, Euler's step, two half steps, and a half step of Euler's after one of the
-        scheme.
+    reached : ndarray, shape (P,)
+        Largest absolute value of the components after the step at distinct noise.
+    defects : ndarray, shape (d, S K)
+        d_self at all nodes.
 
     Returns
     -------
-    ndarray, shape (3, C, S)
+    ndarray, shape (C, S)
         Root mean squares.
-    ndarray, shape (3, C, S)
+    ndarray, shape (C, S)
         Norms of means.
     ndarray, shape (d, S)
-        Means of d_self.
+        Means.
     ndarray, shape (S,)
         Scale.
     """
-    x, (once, alone, twice, later) = case.x, ends
-    states, weights = x.shape[1], case.nodes.whole.weights
-    scale = np.maximum(np.abs(x).max(axis=0), np.abs(made[0]).max(axis=0).reshape(states, -1).max(axis=1))
-    defects = np.empty((3, *once.shape))
-    for pair, defect in zip(((once, twice), (once, alone), (twice, later)), defects, strict=True):
-        np.subtract(*pair, out=defect)
-    defects = defects.reshape(3, len(x), states, -1)
-    means = defects @ weights
+    states, weights = case.x.shape[1], case.nodes.whole.weights
+    scale = np.maximum(np.abs(case.x).max(axis=0), reached.reshape(states, -1).max(axis=1))
+    defects = defects.reshape(len(case.x), states, -1)
+    means = defects @ weights * (case.nodes.whole.degree > 0)
     squares = defects**2 @ weights, means**2
-    rms, mean = (
-        np.sqrt(np.stack([part[:, rows].sum(axis=1) for rows in step.names.values()], axis=1)) for part in squares
-    )
-    return rms, mean, means[SELF], scale
+    rms, mean = (np.sqrt(np.stack([part[rows].sum(axis=0) for rows in step.names.values()])) for part in squares)
+    return rms, mean, means, scale

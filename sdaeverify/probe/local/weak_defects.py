@@ -28,10 +28,10 @@ from ...numerics.statistics import EPS
 from ..step import test_functions
 from ..step.nodes import COUNTS, FEWEST, LARGEST, Nodes, step_nodes
 from ..step.one_step import OneStep, why_not_resolved
+from ..step.romberg import SHALLOWEST, depth, extrapolate_means, leaves
 from ..step.states import SPREAD, cloud, in_batches, spread_states, time_unit
 from ..step.times import first_time, times
 from ..step.together import PathBatch
-from .romberg import SHALLOWEST, depth, extrapolate_means, leaves
 from .weak_order import FINEST, LocalWeak
 
 # Step sizes 2^-3, ..., 2^-18 of the horizon, or of the unit of time if that is shorter. At the finest, defects of
@@ -43,9 +43,11 @@ SHORTEST = 2.0 ** -np.arange(19.0, 37.0)
 # Size: of a batch.
 FUNCTIONS = 32
 # Number of finest step sizes that must not be truncated for an order.
+# Theorem: elementary, the five sizes of one window of `weak_order.SMOOTH`.
 LEAST = 5
 # A component that is smaller than the state by this multiple of EPS, at all states, consists of rounding errors of
 # the others.
+# Rounding: 64 operations err by at most 64 eps of their sizes (Higham 2002, Lemma 3.1).
 ROUNDINGS = 64.0
 # Number of states that are perturbed by a rounding error, to measure its amplification by a step.
 # Size: states that are changed.
@@ -57,6 +59,8 @@ LEAVES, WORK = 2**15, 2**12
 Steps = tuple[tuple[float, float], ...]
 # A component stays near a value if it exceeds its distance from it by the first factor; beyond the second, its motion
 # is rounding, and it does not move.
+# Size: of a unit; with a nearer value, a component's own size is the unit of test functions.
+# Rounding: a motion of 1e-8 of a value is known to eps/1e-8 = 2e-8.
 NEAR, AT_REST = 128.0, 1e8
 
 
@@ -115,6 +119,11 @@ class SemigroupReference(NamedTuple):
     means: Array
     scale: Array
     trees: int
+
+    def first(self, count: int) -> "SemigroupReference":
+        """Return the reference for the first states only."""
+        states, means, scale = self.states[:, :count], self.means[:, :count], self.scale[:, :count]
+        return self._replace(states=states, means=means, scale=scale)
 
     def affordable(self, nodes: int) -> "SemigroupReference":
         """Return every k-th state, such that steps at all nodes have at most `WORK` paths."""
@@ -311,7 +320,8 @@ def _rules_apart(step: OneStep, known: SemigroupReference, defect: Array) -> Arr
     if step.scheme.law.bounded or not step.view.noise_dim:
         return np.zeros((len(defect), 0, len(known.h)))
     other = _nodes(step.scheme, step.view.noise_dim, other=True)
-    return np.asarray(_defects_at(step, known, other)[0] - defect)
+    found, _ = _defects_at(step, known.first(max(1, WORK // len(other.weights))), other)
+    return np.asarray(found - defect[:, : found.shape[1]])
 
 
 def _own_rounding(step: OneStep, known: SemigroupReference) -> Array:

@@ -14,33 +14,35 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...numerics.statistics import EPS
 from ..step import test_functions
+from ..step.romberg import weights
 from ..step.two_rules import AGREEMENT
 from .orders import CLEAR, TOLERANCE, finest_usable, pick
-from .romberg import weights
 
 # At this multiple of the rounding error, rounding changes a local order by less than 0.01.
 # Rounding: log2 of 301/299 is 0.0096.
 FLOORS = 300.0
 # Defects with fewer levels above rounding are exact to round-off.
-FEWEST_LEVELS = 4
-# Above a plateau there are coarse levels only, which may not be asymptotic: an order needs more of them.
+# Theorem: elementary, a local order needs two step sizes, and its change a third.
+FEWEST_LEVELS = 3
+# Above a plateau an order needs more levels.
+# Theorem: elementary, the five sizes of one window of `SMOOTH`: at the first four, errors of a solver are not seen.
 ABOVE_PLATEAU = 5
 # Largest difference of the last two local orders for which their limit is extrapolated.
 SETTLED = 0.3
 # Coefficients, coarsest step size first, that annihilate h, h^(3/2), h^2 and h^3 at five step sizes of ratio 1/2.
 # They leave 1/200 of h^(5/2), and 1/13 of a constant.
 SMOOTH = np.poly([0.5, 0.5**1.5, 0.25, 0.125])[::-1]
+# Theorem: elementary, between the two parts above, twice the first.
 ROUGH = 0.01
 # From one step size to the next, the roughness of powers from h^(5/2) on decreases below this part; errors of a
 # solver do not.
+# Theorem: elementary, 2^(-5/2) = 0.18.
 STALL = 0.2
 # A plateau consists of levels at which this share of the defects is rough.
 CROWD = 0.25
 # Shortest of the step sizes, in units of time.
 # Size: of the shortest step.
 FINEST = 2.0**-18
-# Weak orders are multiples of 1/2: below this, the order is 0, and the limit is wrong.
-CONSISTENT = 0.25
 # Low orders are attributed to coarse steps if this share of them is higher at much shorter step sizes.
 MOST = 0.5
 
@@ -142,11 +144,6 @@ class WeakOrder(NamedTuple):
     def order(self) -> float:
         """Lowest settled order; infinite if there is none."""
         return float(np.min(self.orders, where=self.settled, initial=np.inf))
-
-    @property
-    def inconsistent_share(self) -> float:
-        """Share of the states with a settled order of 0, at the worst time."""
-        return float(self.share(np.asarray((self.settled & (self.orders < CONSISTENT)).any(axis=0))))
 
     @property
     def is_slow(self) -> bool:

@@ -19,7 +19,8 @@ from ...forms.names import article
 from ...numerics import is_analytic, jacobian, second_directional
 from .basis import Basis
 
-# D^2 embed is a second difference, with an error of about 1e-12 of its terms.
+# Accepted deviation from Ito's formula, relative to its terms.
+# Rounding: the second difference for D^2 embed, of width 1e-3, errs by 1e-12 |s|^2; right for noise up to |s| = 30.
 CONSISTENT = 1e-9
 
 

@@ -20,10 +20,10 @@ import numpy as np
 
 from ...arrays import Array
 from ...forms import Problem
-from ...numerics.statistics import EPS, RISING
+from ...numerics.statistics import RISING
+from ..local.weak_order import SETTLED
 from ..step.one_step import STILL, why_not_resolved
-from .transition import ON_CHART
-from .transition_errors import TransitionErrors
+from .transition_errors import NEEDED, TransitionErrors
 
 # Residual errors as h tends to 0: the coefficients of the lowest powers, by extrapolation.
 #
@@ -34,7 +34,10 @@ from .transition_errors import TransitionErrors
 
 
 # A coefficient is clearly nonzero if it exceeds this multiple of its error bound.
+# Rounding: a coefficient that is known to one digit.
 CLEAR = 10.0
+# Number of step sizes of an extrapolation.
+# Theorem: elementary, without the two coarsest sizes, which bound its error, two are left.
 FEWEST = 4
 
 
@@ -57,6 +60,20 @@ class Coefficient(NamedTuple):
     def clear(self) -> bool:
         """Whether c differs clearly from 0."""
         return abs(self.value) > CLEAR * self.known
+
+    @property
+    def details(self) -> dict[str, object]:
+        """The leading term C h^p of an error as details of a finding; see `leading_columns`."""
+        return dict(zip(leading_columns(""), self, strict=True))
+
+
+def leading_columns(error: str) -> dict[str, str]:
+    """Return the names and meanings of the columns for the leading term C h^p of an error, given in words."""
+    return {
+        "error_power": f"p of the leading term C h^p of the {error}",
+        "error_constant": "C, without sampling; empty if it is not known",
+        "error_constant_known": "bound of the error of C",
+    }
 
 
 def lowest_power(h: Array, errors: Array, floors: Array, below: float) -> Coefficient | None:
@@ -109,9 +126,11 @@ def _limit(values: Array, floors: Array, step: float) -> tuple[float, float]:
 
 # An error is used if it is known to one digit, and can refute a scheme if it is known to two: a local order then has
 # an error below 0.03.
+# Rounding: log2 of 101/99 is 0.029, where errors halve.
 ABOVE_FLOOR, FAR_ABOVE = 10.0, 100.0
 # Rounding hides the last digits of e(h)/h^p on fine steps, a remainder those on coarse ones: the steps count on which
-# errors are so many times larger than what is known of them.
+# errors are larger than what is known of them by one of these factors.
+# Words: of the columns of an error's constant.
 LEAST_SIGNALS = (10.0, 1e3, 1e5)
 
 
@@ -158,19 +177,16 @@ def _last_row(known: Array) -> slice | None:
 
 
 # Errors count as zero if this part of the observable's size would have been detected at the finest step sizes.
+# Size: of what is looked for; the reason gives the smallest size that would have been found.
 EXACT = 1e-6
-# Local orders that differ by more have not settled.
-SETTLED = 0.3
-NEEDED = 3
 # If a scheme gives the mean times exp(-K h^p), its local orders are p (1 - K h^p/2 + ...), which is right to a tenth
 # if its error is below a tenth of the mean. Longer steps, for which the scheme's mean is nearly 0, show the order 0.
+# Theorem: elementary, the expansion above.
 NEAR = 0.1
 # Lower powers are tested if they are below the order by more than this.
+# Theorem: orders are multiples of 1/2, and this is half of that.
 BETWEEN = 0.25
 WRONG = "wrong limit"
-# Rounding of one application of the operator, in units of EPS and of the size of the observable.
-# Rounding: EPS for each operation.
-ROUNDING = 64.0
 
 
 class Fall(NamedTuple):
@@ -198,7 +214,7 @@ class FunctionalOrder(NamedTuple):
         Local order at the finest usable step sizes, extrapolated to h = 0 if it has settled. Infinite if no error
         is detected, NaN if no order can be estimated.
     low, high : float
-        Interval of the order, given the uncertainty `error_floors`; infinite ends if errors are unknown.
+        Interval of the order, given the uncertainty `TransitionErrors.floors`; infinite ends if errors are unknown.
     informative : bool
         Whether a verdict may be based on it.
     resolved : bool
@@ -227,14 +243,6 @@ class FunctionalOrder(NamedTuple):
     fall: Fall = Fall()
 
 
-def why_not_evidence(record: TransitionErrors) -> str:
-    """Return that a scheme leaves the chart, which makes the record invalid, or an empty string."""
-    worst = int(np.argmax(record.departure))
-    if record.departure[worst] > ON_CHART:
-        return f"the scheme leaves the chart, by {record.departure[worst]:.1g} at h = {record.h[worst]:.3g}"
-    return ""
-
-
 def functional_orders(record: TransitionErrors) -> tuple[FunctionalOrder, ...]:
     """Return the order of each observable.
 
@@ -247,7 +255,7 @@ def functional_orders(record: TransitionErrors) -> tuple[FunctionalOrder, ...]:
     -------
     tuple of FunctionalOrder
     """
-    columns = zip(record.errors.T, error_floors(record).T, mean_sizes(record), record.response, strict=True)
+    columns = zip(record.errors.T, record.floors.T, record.sizes, record.response, strict=True)
     why = STILL if record.still else "by symmetry its mean is correct even if the noise is too strong"
     return tuple(
         _responsive(
@@ -273,25 +281,6 @@ def widen(orders: Sequence[FunctionalOrder], view: Problem) -> tuple[FunctionalO
         found._replace(high=inf, note=_join_notes(found.note, why)) if why else found
         for found, why in zip(orders, coarse, strict=True)
     )
-
-
-def error_floors(record: TransitionErrors) -> Array:
-    """Return bounds of the uncertainty of the errors, shape (H, O).
-
-    They are the difference of the two bases plus the effect of failed and truncated steps, their number times the
-    size of the observable. The maximum over this and the next two finer step sizes is taken, because at one of them
-    bases may agree by chance. Rounding errors of all steps are added.
-    """
-    disturbed = record.steps * (record.failed + record.truncated)
-    floors = record.resolution + np.outer(disturbed, mean_sizes(record))
-    rounding = np.outer(ROUNDING * EPS * record.steps, mean_sizes(record))
-    finer = np.pad(floors, [(0, NEEDED - 1), (0, 0)])
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(finer, NEEDED, axis=0).max(axis=-1) + rounding)
-
-
-def mean_sizes(record: TransitionErrors) -> Array:
-    """Return the sizes of the observables, shape (O,): the larger of |exact mean| and root mean square."""
-    return np.asarray(np.maximum(record.spread, np.abs(record.exact)))
 
 
 def order_of(h: Array, errors: Array, floors: Array, size: float, exact: float = nan) -> FunctionalOrder:

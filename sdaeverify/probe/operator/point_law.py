@@ -26,11 +26,13 @@ from ..step.nodes import step_nodes
 MOST, DOUBLED, NUMBERS = 2**16, 4, 7
 # Points are merged if they differ by less than rounding errors of many steps, relative to their size or, near 0, to a
 # small part of the mean size. Distances between distinct atoms are larger.
+# Rounding: 4e6 operations of eps; what the means change by it counts as their error.
 SAME, NEAR = 1e-9, 1e-3
 # Points of smaller probability are dropped: altogether their probability is below rounding.
 # Rounding: 2^16 of them are less than EPS.
 UNLIKELY = 1e-22
 # Number of E_N that an order needs.
+# Theorem: elementary, a local order needs two values, and its change a third.
 FEWEST = 3
 
 

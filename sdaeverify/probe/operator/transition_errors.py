@@ -21,6 +21,8 @@ from ...contracts.scheme import Scheme
 from ...forms import Problem
 from ...forms.chart import Angle, Line
 from ...forms.truths import InvariantMean, Moment
+from ...numerics.newton import SOLVED
+from ...numerics.statistics import EPS
 from ..step.one_step import OneStep
 from .basis import Basis, chart_basis
 from .chart_equation import generator, output_rows, require_chart
@@ -33,10 +35,14 @@ Sizes = Mapping[int, tuple[int, int]]
 # Noise nodes per normal left out in the coarse basis.
 # Size: nodes of the coarse basis.
 FEWER = 2
-# An observable that changes by more, for a full turn of an angle or another pure output, is no function of the chart.
-FUNCTION = 1e-9
 # Step size and variance with which all means change, except those fixed by a symmetry.
 WRONG: Given = (1.1, 1.3)
+# Rounding of one application of the operator, in units of EPS and of the size of the observable.
+# Rounding: EPS for each operation.
+ROUNDING = 64.0
+# Number of step sizes that decide together: at one of them, bases may agree by chance.
+# Theorem: elementary, a local order needs two step sizes, and its change a third.
+NEEDED = 3
 
 
 BY_STEP_SIZE = ("h", "steps", "errors", "resolution", "departure", "failed", "truncated")
@@ -77,6 +83,33 @@ class TransitionErrors(NamedTuple):
     failed: Array
     truncated: Array
     still: Array = np.zeros(())
+
+    @property
+    def sizes(self) -> Array:
+        """Sizes of the observables, shape (O,): the larger of |exact mean| and root mean square."""
+        return np.asarray(np.maximum(self.spread, np.abs(self.exact)))
+
+    @property
+    def floors(self) -> Array:
+        """Bounds of the uncertainty of the errors, shape (H, O).
+
+        They are the difference of the two bases plus the effect of failed and truncated steps, their number times the
+        size of the observable. The maximum over this and the next two finer step sizes is taken, because at one of
+        them bases may agree by chance. Rounding errors of all steps are added.
+        """
+        disturbed = self.steps * (self.failed + self.truncated)
+        floors = self.resolution + np.outer(disturbed, self.sizes)
+        rounding = np.outer(ROUNDING * EPS * self.steps, self.sizes)
+        finer = np.pad(floors, [(0, NEEDED - 1), (0, 0)])
+        return np.asarray(np.lib.stride_tricks.sliding_window_view(finer, NEEDED, axis=0).max(axis=-1) + rounding)
+
+    @property
+    def why_not_evidence(self) -> str:
+        """That the scheme leaves the chart, which makes the record invalid; empty if it does not."""
+        worst = int(np.argmax(self.departure))
+        if self.departure[worst] > SOLVED:
+            return f"the scheme leaves the chart, by {self.departure[worst]:.1g} at h = {self.h[worst]:.3g}"
+        return ""
 
     def extend(self, finer: "TransitionErrors") -> "TransitionErrors":
         """Return the record extended by a record of finer step sizes."""
@@ -230,7 +263,8 @@ def _is_function(view: Problem, name: str) -> bool:
     turn = np.array([2.0 * np.pi if isinstance(axis, Angle) else 0.0 for axis in chart.axes])[:, None]
     values = _evaluate_observables(view, [name], z)
     others = (_evaluate_observables(view, [name], z + turn), _evaluate_observables(view, [name], z, 1.0))
-    bound = FUNCTION * (1.0 + np.abs(values))
+    # One that changes by more, for a full turn of an angle or another pure output, is no function of the chart.
+    bound = SOLVED * (1.0 + np.abs(values))
     return bool(np.isfinite(values).all() and all(np.all(np.abs(other - values) <= bound) for other in others))
 
 
@@ -242,8 +276,10 @@ def _is_function(view: Problem, name: str) -> bool:
 # Size: points of a line.
 POINTS = 41
 # On a line, densities are evaluated up to this number of scales from the centre.
+# Size: range of points.
 REACH = 5.0
 # An expansion whose negative part exceeds this part of its maximum does not represent the density.
+# Words: which densities are shown, and no verdict.
 NEGATIVE = 0.01
 
 

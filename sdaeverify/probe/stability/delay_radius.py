@@ -281,15 +281,21 @@ def _noise(recursion: Lagged, gamma: Array) -> Array:
 
 
 # A gain is decided if it differs from 1 by more than this multiple of its error.
+# Rounding: a difference from 1 that is known to one digit.
 ERRORS = 10.0
 # Bound of powers of r, to avoid overflow.
 # Rounding: a product with another number is finite.
 LARGEST_POWER = 1e200
+# Size: of a bracket; larger radii are as unstable.
 LARGEST_RADIUS = 1e30
 # Largest companion matrix whose eigenvalues are computed, largest noise that counts as none, and required relative
 # width.
+# Size: of a matrix.
+# Rounding: noise of 1e-12 changes second moments by 1e-24, and a double radius by the root of that; a width of 1e-10
+# is a tenth of `windows.MARGIN`.
 DENSE, NEGLIGIBLE, CERTAIN = 256, 1e-12, 1e-10
 # First guesses of r above the square of the largest eigenvalue, relative and absolute.
+# Size: of the first bracket, which is enlarged until it holds.
 ABOVE, BESIDE = 1.1, 1e-3
 
 

@@ -32,10 +32,36 @@ class LinearDelayRun(NamedTuple):
     h: float
     step: LinearDelayStep
 
+    @classmethod
+    def of(cls, scheme: Scheme, view: Problem, steps: int) -> "LinearDelayRun | None":
+        """Return the run of a scheme with ``steps`` steps to the final time; None if it is not linear.
+
+        Parameters
+        ----------
+        scheme : Scheme
+        view : Problem
+            Problem in the scheme's form, with or without a delay.
+        steps : int
+            Number of steps from 0 to the horizon.
+        """
+        delayed, h = view.capability(Delayed), view.horizon / steps
+        if delayed is None or scheme.law.clip:
+            return None
+        has_memory = len(flatten(scheme.start(delayed, 1, h))) != delayed.dimension + delayed.constraints
+        if has_memory or not at_rest(delayed) or not is_autonomous(delayed):
+            return None
+        found = probe_step(scheme, delayed, h)
+        linear = not found.failed and max(found.defect, np.abs(found.offset).max()) <= AFFINE
+        return cls(scheme, delayed, h, found.step) if linear else None
+
     def moments(self, steps: int) -> RunMoments:
         """Return means and second moments of x and y after each of the first ``steps`` steps."""
         start = run_start(self.scheme, self.view, self.h, steps)
         return run_moments(self.step, self.view.mesh(self.h), start, steps)
+
+    def is_quadratic(self, function: Callable[[Array], Array]) -> bool:
+        """Return whether a function of points z = (x, y), shape (d + k, P) -> (P,), is quadratic, up to rounding."""
+        return fit_quadratic(function, self.step.rows) is not None
 
     def growth(self) -> tuple[float, float]:
         """Return the growth factor of second moments per step of the scheme, and the growth rate of the equation.
@@ -44,37 +70,3 @@ class LinearDelayRun(NamedTuple):
         """
         rate = linear_delay(self.view).growth_rate if is_scalar(self.view) else np.nan
         return radius(self.step, self.view.mesh(self.h)).rho, rate
-
-
-def linear_delay_run(scheme: Scheme, view: Problem, steps: int) -> LinearDelayRun | None:
-    """Return the run of a scheme with ``steps`` steps to the final time; None if it is not linear.
-
-    Parameters
-    ----------
-    scheme : Scheme
-    view : Problem
-        Problem in the scheme's form, with or without a delay.
-    steps : int
-        Number of steps from 0 to the horizon.
-    """
-    delayed, h = view.capability(Delayed), view.horizon / steps
-    if delayed is None or scheme.law.clip:
-        return None
-    memory = flatten(scheme.start(delayed, 1, h))
-    if len(memory) != delayed.dimension + delayed.constraints or not at_rest(delayed) or not is_autonomous(delayed):
-        return None
-    found = probe_step(scheme, delayed, h)
-    linear = not found.failed and max(found.defect, np.abs(found.offset).max()) <= AFFINE
-    return LinearDelayRun(scheme, delayed, h, found.step) if linear else None
-
-
-def is_quadratic(function: Callable[[Array], Array], dimension: int) -> bool:
-    """Return whether a function is quadratic, up to rounding.
-
-    Parameters
-    ----------
-    function : callable
-        Maps points of shape (dimension, P) to values of shape (P,).
-    dimension : int
-    """
-    return fit_quadratic(function, dimension) is not None

@@ -29,10 +29,15 @@ VECTORS = 60
 # Size: of an iteration.
 RESTARTS = 200
 # Widths of brackets that are tried, absolute below rho = 1 and relative above.
+# Size: widths that are tried; the one that holds is told.
 WIDTHS = tuple(10.0**power for power in range(-12, 0))
+# Theorem: any number below 1 will do. c P - L P = Id + R with |R| <= r < 1 and P > 0 proves rho < c (Krein-Rutman).
 RESIDUAL = 0.5
 # For operators larger than the first, it pays to test whether all factors are equal up to the second, relative, as
 # with additive noise; the radius of the mean factor is used if its width is at most the third.
+# Size: of an operator.
+# Rounding: factors that differ by more cost more; the width of the radius of one factor is certified, and a tenth of
+# `windows.MARGIN`.
 LARGE, ROUNDING, CERTAIN = 20, 1e-9, 1e-10
 
 

@@ -15,7 +15,9 @@ from ...arrays import Array
 from ...numerics.roots import log_root
 
 # Smallest |rho - 1| that decides, absolute and as a multiple of its error.
+# Rounding: an operator that two rules give to 1e-12 has a radius that is known to 1e-9 if its condition is 1000.
 MARGIN, ERRORS = 1e-9, 10.0
+# Size: of a search; what is narrower or steeper is not detected.
 STEEPER, NARROW = 4.0, 1.001
 # log rho if rho overflows, or minus this if it is 0.
 # Rounding: e^709 is the largest number.

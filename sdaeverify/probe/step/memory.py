@@ -25,7 +25,8 @@ import numpy as np
 from ...arrays import Array, each, join_batches
 from ...contracts.scheme import Scheme, State, Stepper
 from ...forms import Problem
-from ...noise.brownian import BROWNIAN, USUAL, Increment, LevelNoise, Source, brownian_steps
+from ...noise.brownian import BROWNIAN, USUAL, Brownian, Increment, LevelNoise, Source
+from ..local.orders import FLAT, TOLERANCE
 from .nodes import SEED
 
 # Steps of the coarsest run, and its numbers of halvings: three sizes, each a fourth of the one before. Runs extend
@@ -41,13 +42,17 @@ LOOKS = 4
 # Size: paths.
 PATHS, FIRST = 256, 16
 # Standard errors that are added to the size of a mean: an unresolved mean decreases as slowly as these.
+# Level: 0.003 of a normal mean, two-sided; it only lowers the order that memory leaves.
 ERRORS = 3.0
-# Differences relative to the movement of a run. Below the first they are rounding; below the second they are a
-# solver's tolerance if they decrease with a lower order than the third: the bounds of `probe.local.orders`.
-ROUNDING, TOLERANCE, FLAT = 1e-11, 1e-6, 0.35
+# Differences relative to the movement of a run are rounding below this size. Below `TOLERANCE` they are a solver's if
+# they decrease with a lower order than `FLAT`.
+# Rounding: 1024 steps of 64 operations err by 1.5e-11 if all errors have the same sign, else by a thirtieth of that.
+ROUNDING = 1e-11
 # Two orders of the effect of memory differ if they are half of 1/2 apart: orders of schemes are multiples of 1/2.
+# Theorem: orders of schemes are multiples of 1/2.
 NEAR = 0.25
 # The lowest order of a convergent scheme is 1/2, and strong orders are known to 0.1. A lower order counts as none.
+# Theorem: the least order is 1/2; less the tolerance of strong orders.
 LEAST_ORDER = 0.4
 
 
@@ -133,7 +138,7 @@ def _runs(step: EnteredSteps, horizon: float, sizes: Sequence[int], paths: int) 
     """Return states at the start and each look, shape (1 + L, 2, d, P), for runs with each number of halvings."""
     runs = [_PairedRuns(step, horizon / COARSE, halvings, paths) for halvings in sizes]
     fields, source = step.view.noise & {*BROWNIAN} | USUAL, Source(SEED, "memory", 0, paths)
-    drawn = brownian_steps(source, step.view.noise_dim, horizon / COARSE, HALVINGS[-1], fields, step.view.records)
+    drawn = Brownian(source, step.view.noise_dim, horizon / COARSE, HALVINGS[-1], fields, step.view.records).steps()
     for place, levels in zip(range(COARSE), drawn, strict=False):
         for run in runs:
             run.follow(levels[run.halvings])

@@ -19,10 +19,11 @@ from ...noise.areas import outer
 from ...noise.brownian import PARTS, Increment
 from ...noise.laws import GAUSSIAN, Law
 from ...noise.records import NoiseRecord
-from .two_rules import mixing_turn, turn
+from .two_rules import AGREEMENT, SCATTERED, SHAPED, mixing_turn, scattered, turn
 
 # Nodes per variable, by the number of variables; for more variables, the fewest that resolve order 2.
 COUNTS = {1: 8, 2: 6, 3: 5, 4: 4}
+# Size: nodes of a variable.
 FEWEST = 3
 # A larger tensor rule has fewer nodes per variable, down to three, which are exact up to degree 5.
 # Size: of a rule.
@@ -100,6 +101,11 @@ class Nodes(NamedTuple):
         records = each(lambda part: np.tile(part, states), self.records)
         H, K, A = tiled(self.H, root), tiled(self.K, root), tiled(self.A, h)
         return Increment(np.tile(root * self.dW, states), H, records=records, K=K, A=A)
+
+    @staticmethod
+    def why_inexact(means: tuple[float, float], defect: float) -> str:
+        """Return that two rules disagree on a mean by too much for its defect to be known, or an empty text."""
+        return SHAPED if abs(means[0] - means[1]) > AGREEMENT * defect else ""
 
     def in_batches(self, states: int) -> "list[Nodes]":
         """Split the nodes so that calls on `states` states have at most `BATCH` paths; not split with records."""
@@ -254,19 +260,14 @@ def count_atoms(axes: list[tuple[Array, Array]]) -> int:
 
 
 def other_rule(dimension: int, count: int) -> Rule:
-    """Return a rule of at least the degree of `normal_rule` that shares no node with it except 0.
+    """Return a rule that shares no node with `normal_rule`: many random nodes, if there are few variables.
 
-    Both give the same mean of a polynomial. Their means of a function with a jump or a kink differ.
-
-    Parameters
-    ----------
-    dimension : int
-        Number of variables.
-    count : int
-        Largest number of nodes per variable of `normal_rule`; one more is used for a single variable.
+    Both give the same mean of a polynomial of low degree. Their means of a function with a jump or a kink differ, and
+    those of a function that is different in a small region of the noise, which few nodes miss; see `normal_rule`.
     """
-    if dimension == 1:
-        return normal_rule(1, count + 1)
+    if dimension in SCATTERED:
+        degree, nodes = SCATTERED[dimension]
+        return Rule(*scattered(dimension, degree, nodes), degree=degree)
     rule = normal_rule(dimension, count)
     return rule._replace(x=mixing_turn(dimension) @ rule.x)
 

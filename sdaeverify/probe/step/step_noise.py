@@ -15,10 +15,15 @@ from .one_step import OneStep
 REACH = (0.5, 2.0, 5.0, 9.5, 30.0, 60.0)
 # Size: trial noises.
 DIRECTIONS = 4
+# Random points; a region with a share of 1/100 of the noise is missed with probability 0.99^256 = 0.08.
+# Size: trial noises.
+SCATTERED = 256
 # Most nodes of a rule: the step is evaluated at that many noises for k + 1 states.
 # Size: of a rule.
 LARGEST = 7_000
 # Number from which atoms are many, and the tolerance of their first two moments.
+# Size: atoms of which all are used.
+# Rounding: sums over up to 7000 atoms err by 7000 eps = 1.6e-12 at most; where they do, all atoms are used.
 MANY, STANDARD = 100, 1e-12
 # Standard deviations outside which the normal law has a mass of 1e-21.
 # Rounding: 1e-21 is less than EPS.
@@ -67,7 +72,7 @@ class StepNoise(NamedTuple):
         return bool(max(moments) <= STANDARD)
 
     def nodes(self, x: Array, weights: Array | None = None) -> Nodes:
-        """Return the noise of a step of length 1 for normals x, shape (n, K); weights are 1 by default."""
+        """Return K nodes of a step of length 1 from standard normal values x, shape (n, K); weights default to 1."""
         H = x[self.motions :] / np.sqrt(12.0) if self.areas else None
         return Nodes(x[: self.motions], H, np.ones(x.shape[1]) if weights is None else weights)
 
@@ -103,6 +108,10 @@ class StepNoise(NamedTuple):
         rng = np.random.Generator(np.random.Philox(key=SEED + 3))
         signs = rng.choice([-1.0, 1.0], size=(self.normals, len(REACH)))
         return np.concatenate([signs * REACH, -signs * REACH], axis=1)
+
+    def scattered(self) -> Array:
+        """Return many random normal points, shape (n, P): a small region of the noise has one of them."""
+        return np.random.Generator(np.random.Philox(key=SEED + 24)).standard_normal((self.normals, SCATTERED))
 
     def directions(self) -> Array:
         """Return unit vectors along the axes and in some random directions, shape (n, D)."""

@@ -18,6 +18,7 @@ import numpy as np
 from ...arrays import Array
 from ...forms import Problem, components
 from ...noise.brownian import Increment
+from ...numerics.newton import SOLVED
 from .nodes import SEED
 from .one_step import OneStep
 from .states import WHEN, cloud, spread_states
@@ -27,11 +28,11 @@ from .together import PathBatch, together
 # Size: times.
 STRATA, FURTHER = 32, 2
 # In units of time: at multiples of it, the indices of fine steps of all sizes have the same remainders.
+# Size: distances of times.
 WHOLE, FINE, FEWEST = 2.0**-5, 2.0**-7, 2.0
 # In units of time.
+# Size: of a step.
 H = 2.0**-6
-# A step depends on time if it changes by more than this part of the states.
-SAME = 1e-9
 # Number of successive steps that are compared with their neighbours.
 # Size: steps in a row.
 ROW = 128
@@ -39,8 +40,11 @@ ROW = 128
 # Size: steps in a row of large systems.
 LARGE, SHORT_ROW = 32, 16
 # Second differences in time of up to this multiple of those of the equation are attributed to the equation.
+# Theorem: elementary, of x + h sum_i b_i f(t + c_i h) they are at most sum_i |b_i| times those of x + h f(t):
+# right for weights that add up to no more than 8.
 UNLIKE = 8.0
 DIFFERENT = "its steps depend on the time at which they are made"
+# Size: of what is selected among steps that differ from their neighbours.
 ALIKE = 0.9
 
 
@@ -119,9 +123,9 @@ def _fixed_times(step: OneStep, states: bytes) -> tuple[ProbeTime, ...]:
     batches = [PathBatch(x, at, h, _noise(step, h, x.shape[1])) for at in t]
     with np.errstate(all="ignore"):
         there = np.array([step.read(made.state) for made in step.together(batches)])
-        size = SAME * np.abs(there[0]).max(where=np.isfinite(there[0]), initial=0.0)
+        size = SOLVED * np.abs(there[0]).max(where=np.isfinite(there[0]), initial=0.0)
         chosen = [0]
-        if not all(np.allclose(new, there[0], rtol=SAME, atol=size, equal_nan=True) for new in there[1:]):
+        if not all(np.allclose(new, there[0], rtol=SOLVED, atol=size, equal_nan=True) for new in there[1:]):
             beside = there - np.array([*together(step.euler, batches)])
             chosen = _unlike(_unlike(chosen, beside, size), there, size)
     return tuple(ProbeTime(t[place]) for place in chosen)
@@ -185,7 +189,7 @@ def _row(step: OneStep, h: float, begin: float) -> _Row:
     batches = [PathBatch(x, at, h, noise) for at in t.tolist()]
     with np.errstate(all="ignore"):
         there = np.array([step.read(made.state) for made in step.together(batches)])
-        bend, allowed = _bend(there), SAME * np.abs(there).max(where=np.isfinite(there), initial=0.0)
+        bend, allowed = _bend(there), SOLVED * np.abs(there).max(where=np.isfinite(there), initial=0.0)
         if not (bend > allowed).any():
             return _Row(t[1:-1], np.zeros_like(bend), bend)
         equation = np.array([*together(step.euler, batches)])

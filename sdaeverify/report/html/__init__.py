@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...errors import UsageError
 from ..files import write_text
-from ..folders import read_tables
+from ..folders import SavedTables, read_tables
 from ..pictures import description
 from ..tables.columns import COLUMNS
+from .large import ABOVE, FOLDER, is_large, overview, problem_pages, remove_problem_pages
 from .payload import payload, to_json
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def _embedded(picture: Path | None) -> str:
 
 
 def write_page(folder: Path, passports: Mapping[str, Any] | None = None) -> Path:
-    """Write the page of a run and return its path.
+    """Write the page of a run and return its path; for a large run, an overview and a page for each problem.
 
     Parameters
     ----------
@@ -100,23 +101,33 @@ def write_page(folder: Path, passports: Mapping[str, Any] | None = None) -> Path
     UsageError
         If the folder holds no run, or cannot be written into.
     """
-    path = folder / PAGE
+    path, saved = folder / PAGE, read_tables(folder)
     known, columns = (
         {name: _read_csv(folder.parent / file) for name, file in VERIFIER.items()},
         _read_csv(folder / COLUMNS),
     )
     further = {"verifier": known} if any(known.values()) else {}
     tables = [TablePage("Columns", columns[0], columns[1:], (MEANING,))._asdict()] if columns else []
-    write_text(page_text({**payload(read_tables(folder), passports), **further, "tables": tables}), path)
+    data = _write_parts(folder, saved, passports or {}) if is_large(saved) else payload(saved, passports)
+    remove_problem_pages(folder, {*data.get("parts", {}).values()})
+    write_text(page_text({**data, **further, "tables": tables}), path)
     return path
 
 
-def write_tables(file: Path, sentence: str, tables: Sequence[TablePage]) -> None:
-    """Write a page that consists of tables only.
+def _write_parts(folder: Path, saved: SavedTables, passports: Mapping[str, Any]) -> dict[str, Any]:
+    """Write the pages of the problems of a large run, and return the data of its overview."""
+    (folder / FOLDER).mkdir(exist_ok=True)
+    for part in problem_pages(saved, passports):
+        write_text(page_text({**payload(part.tables, part.passports), "above": ABOVE}), folder / part.file)
+    return overview(payload(saved._replace(levels=(), details=()), passports))
+
+
+def write_tables(folder: Path, sentence: str, tables: Sequence[TablePage]) -> Path:
+    """Write a page that consists of tables only into a folder, and return its path.
 
     Parameters
     ----------
-    file : Path
+    folder : Path
     sentence : str
         Sentence at the top of the page.
     tables : sequence of TablePage
@@ -129,11 +140,13 @@ def write_tables(file: Path, sentence: str, tables: Sequence[TablePage]) -> None
     """
     nothing: dict[str, Any] = {"run": {}, "findings": {}, "levels": [], "absent": {}}
     shown = [table._asdict() for table in tables]
-    write_text(page_text({**nothing, "sentence": sentence, "tables": shown}), file)
+    page = folder / PAGE
+    write_text(page_text({**nothing, "sentence": sentence, "tables": shown}), page)
+    return page
 
 
 def remove_page(folder: Path) -> None:
-    """Remove the page of an earlier run.
+    """Remove the page of an earlier run, and its pages of problems.
 
     Raises
     ------
@@ -142,6 +155,7 @@ def remove_page(folder: Path) -> None:
     """
     try:
         (folder / PAGE).unlink(missing_ok=True)
+        remove_problem_pages(folder, set())
     except OSError as error:
         raise UsageError(f"cannot remove {folder / PAGE}: {error.strerror or error}") from error
 

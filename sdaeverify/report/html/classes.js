@@ -7,14 +7,43 @@ const LEAF = 34, STOREY = 40, RADIUS = 13;
 function classesOf(name) {
   const own = CLASS_ROWS.filter((row) => row.scheme === name);
   if (!own.length) return [];
-  const rows = own.map((row) => [row.class, row.motions, row.measure, row.claim, short(row.order, 3), row.of ? `${row.held} of ${row.of}` : "", badge(row.verdict), row.verdict === "refuted" && row.first ? conditionText(row) : row.premise]);
+  const rows = own.map((row) => [row.class, row.motions, row.measure, row.claim, short(row.order, 3), row.of ? `${row.held} of ${row.of}` : "", badge(row.verdict), row.reason || row.premise]);
   const failing = [...grouped(own.filter((row) => row.verdict === "refuted" && row.first), (row) => row.first).values()];
   return [heading(2, "Classes of equations"), el("p", { class: "soft" }, "Order conditions come from one step on an equation whose components are rooted trees, and hold for every smooth equation of a class with at most as many Brownian motions as given here. Classes named after a form are tested on random members."),
-    table(["class", "motions", "measure", "claim", "order", "conditions or members held", "", "why"], rows),
+    table(["class", "motions", "measure", "claim", "order", "conditions or members held", "", "why"], rows, { class: "blocks" }),
     el("div", { class: "cards" }, failing.map((same) => el("article", { class: "card" }, el("h3", {}, conditionText(same[0])), forestPicture(same[0].first), el("p", { class: "soft" }, `${same[0].measure}; classes ${same.map((row) => row.class).join(", ")}`), command(same[0]))))];
 }
 
+/** Return the page of a run that has verdicts on classes only. */
+function classesPage() {
+  const schemes = [...new Set(CLASS_ROWS.map((row) => row.scheme))];
+  return ["Classes of equations", heading(1, "Classes of equations"), ...schemes.flatMap((name) => [heading(2, name), ...classesOf(name).slice(1)])];
+}
+
 const conditionText = (row) => `${row.first}: found ${row.found}, wanted ${row.wanted}`;
+
+/** Return the equations that a scheme solves to one order more, each with the trees of its terms folded away. */
+function equationsOf(name) {
+  const own = CLASS_ROWS.filter((row) => row.scheme === name && row.modified);
+  if (!own.length) return [];
+  const card = (same) => {
+    const [first, ...lines] = linesOf(same[0].modified), terms = linesOf(same[0].modified_terms);
+    const classes = unique(same.map((row) => row.class)).join(", ");
+    return el("article", { class: "card" }, el("h3", {}, `${classes}: ${first.slice(first.indexOf(": ") + 2)}`),
+      lines.length ? el("pre", { class: "formula" }, lines.map((line) => line.trim()).join("\n")) : null,
+      terms.length ? el("details", {}, el("summary", {}, "its terms as trees"), el("div", { class: "terms" }, terms.map(termFigure))) : null);
+  };
+  return [heading(2, "Modified equations"), el("p", { class: "soft" }, "The equation that the scheme solves to one order more in the weak sense: its leading errors, or what a refuted scheme does instead."),
+    el("div", { class: "cards equations" }, [...grouped(own, (row) => row.modified_terms || row.modified).values()].map(card))];
+}
+
+const linesOf = (text) => (text ? text.replaceAll("\\n", "\n").split("\n") : []);
+
+/** Return a figure of the trees of a line "trees: formula". */
+function termFigure(line) {
+  const place = line.indexOf(": ");
+  return el("figure", {}, forestPicture(line.slice(0, place)), el("figcaption", {}, line.slice(place + 2)));
+}
 
 /** Return the trees of a formula such as "b1(t,b2) . f". */
 function treesOf(formula) {

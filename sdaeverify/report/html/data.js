@@ -14,7 +14,7 @@ function records(columns) {
   return (read.length ? read[0][1] : []).map((_, place) => Object.fromEntries(read.map(([name, cells]) => [name, cells[place]])));
 }
 
-const FINDINGS = records(DATA.findings).map((one, place) => ({ ...one, levels: DATA.levels[place], place }));
+const FINDINGS = records(DATA.findings).map((one, place) => ({ ...one, levels: DATA.levels[place] || {}, place }));
 const ABSENT = records(DATA.absent).map((one) => ({ ...one, problems: new Set(one.problems) })), COSTS = DATA.costs || [], DENSITIES = DATA.densities || [];
 const PASSPORTS = { schemes: {}, problems: {}, measures: {}, ...DATA.passports };
 

@@ -1,6 +1,13 @@
 // Summary, matrix and cell.
 
-const link = (page, ...names) => "#/" + [page, ...names.map(encodeURIComponent)].join("/");
+const PARTS = DATA.parts || {}, ABOVE = DATA.above || "";
+const link = (page, ...names) => fileOf(page, names) + "#/" + [page, ...names.map(encodeURIComponent)].join("/");
+
+/** Return the file that shows a page: that of its problem in a large run, the page of the run for others; "" for this one. */
+function fileOf(page, names) {
+  if (ABOVE) return ["cell", "problem"].includes(page) ? "" : ABOVE;
+  return PARTS[{ cell: names[1], problem: names[0] }[page]] || "";
+}
 const schemeLink = (name) => el("a", { href: link("scheme", name) }, name);
 const problemLink = (name) => el("a", { href: link("problem", name) }, name);
 const cellLink = (one, text) => el("a", { href: link("cell", one.scheme, one.problem) }, text);
@@ -9,6 +16,11 @@ const heading = (level, text) => el(`h${level}`, {}, text);
 const facts = (pairs) => el("dl", {}, pairs.filter(([, told]) => told !== "" && told !== null && told !== undefined && !(Array.isArray(told) && !told.length))
   .map(([name, told]) => [el("dt", {}, name), el("dd", {}, told)]));
 const claimText = (one) => (!one.claim ? "none" : finite(one.claimed_order) && finite(one.margin) ? `order ≥ ${one.claimed_order.toFixed(1)} (sampled: ≥ ${short(one.claimed_order - one.margin)})` : one.claim);
+/** Return the text of a claim whose aside, the order accepted along paths, is not broken. */
+function claimParts(one) {
+  const [claim, ...asides] = claimText(one).split(" (");
+  return [claim, asides.map((aside) => [" ", el("span", { class: "together" }, `(${aside}`)])];
+}
 
 function summaryPage() {
   const open = FINDINGS.filter((one) => ATTENTION.includes(one.verdict));
@@ -28,20 +40,30 @@ function tiles() {
 function attention(open) {
   const groups = [...grouped(open, (one) => JSON.stringify([one.verdict, one.problem, one.measure, one.claim, one.reason.replace(/[0-9.]+/g, "")])).values()];
   groups.sort((a, b) => ATTENTION.indexOf(a[0].verdict) - ATTENTION.indexOf(b[0].verdict));
-  const rows = groups.map((group) => {
-    const cells = [...grouped(group, place).values()].map((list) => list[0]), first = group[0];
+  // Measures that say the same of the same schemes, such as all those of a step that raises, are one row.
+  const alike = [...grouped(groups, (group) => JSON.stringify([group[0].verdict, group[0].problem, unique(group.map((one) => one.scheme)), claimText(group[0]), found(group[0]), group[0].reason])).values()];
+  const rows = alike.map((some) => {
+    const first = some[0][0], cells = [...grouped(some.flat(), place).values()].map((list) => list[0]);
     const names = [cells.slice(0, 6).map((one, n) => [n ? ", " : "", cellLink(one, one.scheme)]), cells.length > 6 ? ` and ${cells.length - 6} more` : ""];
-    return [badge(first.verdict), el("div", {}, names), problemLink(first.problem), `${first.measure} ${unique(group.map((one) => one.quantity)).join(", ")}`, claimText(first), found(first), first.reason];
+    const quantities = some.map((group) => `${group[0].measure} ${unique(group.map((one) => one.quantity)).join(", ")}`.trim());
+    return [badge(first.verdict), el("span", {}, names), problemLink(first.problem), fewOf(quantities), claimParts(first), found(first), first.reason];
   });
   return table(["", "scheme", "problem", "quantity", "claim", "found", "why"], rows, { class: "reasons" });
+}
+
+/** Return the first of several measures with their quantities, and how many more there are. */
+function fewOf(told) {
+  const shown = told.length > 6 ? told.slice(0, 4) : told, more = told.length - shown.length;
+  return shown.join(told.some((one) => one.includes(" ")) ? "; " : ", ") + (more ? ` and ${more} more` : "");
 }
 
 function schemesByMeasures() {
   const cells = grouped(FINDINGS, (one) => JSON.stringify([one.scheme, one.measure]));
   const text = (findings) => {
     const claims = findings.filter((one) => one.claim && one.verdict !== "out_of_scope"), good = claims.filter((one) => one.verdict === "verified").length;
-    if (!claims.length) return el("span", { class: "soft" }, `○ ${findings.length}`);
-    const rest = ATTENTION.map((verdict) => [verdict, claims.filter((one) => one.verdict === verdict).length]).filter(([, count]) => count);
+    const rest = ATTENTION.map((verdict) => [verdict, (claims.length ? claims : findings).filter((one) => one.verdict === verdict).length]).filter(([, count]) => count);
+    if (!claims.length && !rest.length) return el("span", { class: "soft" }, `○ ${findings.length}`);
+    if (!claims.length) return rest.map(([verdict, count]) => el("span", { class: `v ${verdict}` }, `${VERDICTS[verdict][0]} ${count}`));
     return [`${good === claims.length ? "✓ " : ""}${good} of ${claims.length}`, rest.map(([verdict, count]) => [" ", el("span", { class: `v ${verdict}` }, `${VERDICTS[verdict][0]} ${count}`)])];
   };
   const rows = unique(FINDINGS.map((one) => one.scheme)).sort().map((scheme) => [schemeLink(scheme), ...MEASURES.map((measure) => {
@@ -56,7 +78,8 @@ function meanings() {
     ["T2", "moments, transition operator, spectral radius, without sampling"], ["T3", "paths that all schemes and step sizes share"], ["TA", "order conditions: one step tells what holds for every smooth SDE of a class; it stands beside the others and overrides none"]];
   const verdicts = [["verified", "the cheapest tier that decides says so, and the next one does not contradict it: an order of at least claim − margin along paths, or an order of about the claim from one step"],
     ["refuted", "a contract is broken, a step does not follow the equation, or an order is too low, significantly"],
-    ["inconclusive", "anything else, with what would decide"], ["out_of_scope", "measured, and nothing is claimed of it"]];
+    ["inconclusive", "anything else, with what would decide"],
+    ["error", "a step or a measure raises, hangs or ends its process: nothing is measured"], ["out_of_scope", "measured, and nothing is claimed of it"]];
   return el("div", {}, table(["", "meaning"], verdicts.map(([verdict, words]) => [badge(verdict), words])), table(["tier", "what decides"], tiers));
 }
 
@@ -151,7 +174,7 @@ function command(finding) {
 function card(finding) {
   const along = finding.path_order === null ? "" : interval(finding.path_order, finding.path_low, finding.path_high);
   return el("article", { class: "card" }, el("h3", {}, finding.quantity || finding.measure, " ", badge(finding.verdict)),
-    facts([["claim", claimText(finding)], ["from", finding.claim_source], ["decided by", finding.decided_by], ...LABELS_OF_COLUMNS.map(([name, label]) => [label, typeof finding[name] === "number" ? short(finding[name]) : finding[name]]), ["method", finding.method], ["resolution", resolution(finding)],
+    facts([["claim", claimParts(finding)], ["from", finding.claim_source], ["decided by", finding.decided_by], ...LABELS_OF_COLUMNS.map(([name, label]) => [label, typeof finding[name] === "number" ? short(finding[name]) : finding[name]]), ["method", finding.method], ["resolution", resolution(finding)],
       ["local order", finding.local_order === null ? "" : order(finding.local_order)], ["order along paths", along],
       ...["L_half", "L2", "L4"].map((norm) => [`the same in ${norm.replace("_half", "1/2")}`, finite(finding[`order_${norm}`]) ? order(finding[`order_${norm}`]) : ""]),
       [finding.value_of, finding.value === null ? "" : finding.value_of.includes("order") ? interval(finding.value, finding.value_low, finding.value_high) : short(finding.value)],

@@ -4,15 +4,20 @@ const docs = (passport) => (passport && passport.text ? el("pre", {}, passport.t
 const listed = (names) => (names && names.length ? names.join(", ") : "none");
 
 function indexPage(title, names, open, kind) {
-  const counts = (name, verdict) => FINDINGS.filter((one) => one[kind] === name && one.verdict === verdict).length;
-  const rows = names.map((name) => [open(name), (PASSPORTS[`${kind}s`][name] || {}).form || "", ((PASSPORTS[`${kind}s`][name] || {}).text || "").split("\n")[0], counts(name, "verified"), counts(name, "refuted"), counts(name, "inconclusive"), counts(name, "out_of_scope")]);
-  return [title, heading(1, title), table(["name", "form", "", "verified", "refuted", "inconclusive", "no claim"], rows)];
+  const always = ["verified", "refuted", "inconclusive", "out_of_scope"], found = unique(FINDINGS.map((one) => one.verdict));
+  const shown = [...always, ...Object.keys(VERDICTS).filter((verdict) => found.includes(verdict) && !always.includes(verdict))];
+  const count = (name, verdict) => FINDINGS.filter((one) => one[kind] === name && one.verdict === verdict).length;
+  const rows = names.map((name) => {
+    const told = PASSPORTS[`${kind}s`][name] || {};
+    return [open(name), told.form || "", (told.text || "").split("\n")[0], ...shown.map((verdict) => count(name, verdict))];
+  });
+  return [title, heading(1, title), table(["name", "form", "", ...shown.map((verdict) => VERDICTS[verdict][1])], rows)];
 }
 
 function schemePage(_, name) {
   const passport = PASSPORTS.schemes[name] || {}, own = FINDINGS.filter((one) => one.scheme === name);
   return [name, heading(1, name), docs(passport), facts([["form", passport.form], ["parameters", Object.entries(passport.parameters || {}).map(([key, told]) => `${key} = ${told}`).join(", ")], ["source", passport.source]]),
-    heading(2, "Claims"), claims(passport, own), ...classesOf(name), heading(2, "Orders on all problems"),
+    heading(2, "Claims"), claims(passport, own), ...classesOf(name), ...equationsOf(name), heading(2, "Orders on all problems"),
     ...unique(own.map((one) => one.measure)).map((measure) => orders(own.filter((one) => one.measure === measure), name, measure)).flat(),
     ...driftOf(own), ...stabilityOf(own, (one) => one.problem), heading(2, "Cost"), cost(own, name), ...others(own, name)];
 }
@@ -49,7 +54,7 @@ function cost(own, name) {
 }
 
 function others(own, name) {
-  const problems = unique(own.filter((one) => one.measure === "strong").map((one) => one.problem));
+  const problems = unique(own.filter((one) => one.measure === "strong" && one.levels.h).map((one) => one.problem));
   return problems.length ? [heading(2, "Beside the others, on the same noise"), picker(problems, "problem", (problem) => sameNoise(problem, name))] : [];
 }
 
@@ -101,7 +106,7 @@ function choicesOn(problem) {
     finite(each.steps) ? `${each.beyond ? "~" : ""}${each.steps}` : "", finite(each.seconds) ? `${short(1e6 * each.seconds, 3)} µs` : "?"]);
   return here.length ? [heading(2, "Which scheme for this problem?"),
     el("p", { class: "soft" }, "Work for the accuracy that half of the schemes reach, the least first: the measured time of the steps of a path. Errors of verified schemes count, the limit of others need not be the solution; schemes with a refuted claim are left out. ~ more steps than were made, by the order; ? errors are within their noise, or take too many steps."),
-    ...here.map((one) => [heading(3, `${one.measure} ${one.quantity}: error ${short(one.accuracy)}`), table(["", "scheme", "claim", "order", "noise", "error at the finest h", "steps", "work"], rows(one))]).flat()] : [];
+    ...here.map((one) => [heading(3, `${one.measure} ${one.quantity}: error ${short(one.accuracy)}`), table(["", "scheme", "claim", "order", "noise", "error at the finest h", "steps", "work"], rows(one), { class: "blocks" })]).flat()] : [];
 }
 
 function controls(passport, own) {

@@ -6,7 +6,7 @@ from math import isinf, isnan
 from typing import Any
 
 from ..cells import TEXT, grouped, number, parse, text
-from ..class_words import hint
+from ..class_words import hint, why
 from ..folders import SavedTables, TextRow, key_of
 from ..pictures import known_order, reach
 from ..saved import settings_of
@@ -111,13 +111,14 @@ def _classes(tables: SavedTables) -> dict[str, Any]:
         {
             **row,
             "claim": row["claimed_order"],
+            "reason": why(row) if row["verdict"] == "refuted" else "",
             "reproduce": "" if row["scheme"] in unnamed else _command(row, plugins),
         }
         for row in tables.classes
     ]
     texts = [column.name for column in CLASS_COLUMNS if column.kind == TEXT]
     numbers = [column.name for column in CLASS_COLUMNS if column.kind != TEXT]
-    return {**_texts(told, [*texts, "reproduce"]), **_numbers(told, numbers)}
+    return {**_texts(told, [*texts, "reproduce", "reason"]), **_numbers(told, numbers)}
 
 
 def _command(row: TextRow, plugins: Sequence[str]) -> str:
@@ -137,7 +138,7 @@ def _drawn(rows: Sequence[VerdictRow]) -> dict[str, list[Any]]:
 
 def _texts(rows: Iterable[Mapping[str, object]], names: Iterable[str]) -> dict[str, Any]:
     told = list(rows)
-    return {name: _factorise([text(row, name) for row in told]) for name in names}
+    return {name: factorise([text(row, name) for row in told]) for name in names}
 
 
 def _absent(rows: Iterable[TextRow]) -> dict[str, Any]:
@@ -152,7 +153,8 @@ def _factorise_lists(cells: Sequence[Sequence[str]]) -> dict[str, list[Any]]:
     return {"words": list(places), "at": [[places[word] for word in cell] for cell in cells]}
 
 
-def _factorise(cells: Sequence[str]) -> dict[str, list[Any]]:
+def factorise(cells: Sequence[str]) -> dict[str, list[Any]]:
+    """Return a column of texts that stores each distinct text once: the texts, and the index of that of each row."""
     places = {word: place for place, word in enumerate(dict.fromkeys(cells))}
     return {"words": list(places), "at": [places[cell] for cell in cells]}
 

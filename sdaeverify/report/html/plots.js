@@ -14,7 +14,7 @@ function el(tag, attributes = {}, ...children) {
 }
 
 const finite = (value) => typeof value === "number" && Number.isFinite(value);
-const WIDTH = 420, HEIGHT = 280, LEFT = 58, RIGHT = 16, TOP = 12, BOTTOM = 40;
+const WIDTH = 420, HEIGHT = 280, LEFT = 70, RIGHT = 16, TOP = 12, BOTTOM = 40;
 
 /** Return a number in few digits, minus signs as such. */
 function short(value, digits = 3) {
@@ -95,7 +95,7 @@ function table(head, rows, attributes = {}) {
   const cell = (value) => (typeof value === "number" ? short(value, 5) : value);
   return el("div", { class: "wide" }, el("table", attributes,
     el("thead", {}, el("tr", {}, head.map((name, place) => el("th", { scope: "col", class: kind(place) }, name)))),
-    el("tbody", {}, rows.map((row) => el("tr", {}, row.map((value, place) => el("td", { class: kind(place) }, cell(value))))))));
+    el("tbody", {}, rows.map((row) => el("tr", {}, row.map((value, place) => el("td", { class: kind(place), "data-label": head[place] || null }, cell(value))))))));
 }
 
 const path = (points) => "M" + points.map(([x, y]) => `${x.toFixed(2)},${y.toFixed(2)}`).join("L");
@@ -121,8 +121,10 @@ function convergence(points, { label, quantiles, slopes, fit, xLabel = "step siz
   const x = scaleOf(shown.map((point) => point.h), LEFT, WIDTH - RIGHT);
   const y = scaleOf(shown.flatMap((point) => [Math.abs(point.e), Math.max(reach(point)[0], floor), reach(point)[1]]), HEIGHT - BOTTOM, TOP, { least: 0.6 });
   const children = [axes(x, y, { x: xLabel, y: yLabel })];
-  const edge = (place) => shown.map((point) => [x.at(point.h), Math.min(HEIGHT - BOTTOM, y.at(Math.max(reach(point)[place], floor)))]);
-  if (shown.length > 1 && shown.some((point) => point.s))
+  // Values without sampling error, which the operator gives on other step sizes, have no interval and no part in the band.
+  const sampled = shown.filter((point) => point.s);
+  const edge = (place) => sampled.map((point) => [x.at(point.h), Math.min(HEIGHT - BOTTOM, y.at(Math.max(reach(point)[place], floor)))]);
+  if (sampled.length > 1)
     children.push(el("path", { class: "band", d: path([...edge(1), ...edge(0).reverse()]) + "Z" }, el("title", {}, "intervals of the errors")));
   const filled = shown.filter((point) => point.filled);
   if (fit && finite(fit) && filled.length > 1) children.push(slopeLine(filled, fit, x, y));

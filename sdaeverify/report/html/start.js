@@ -1,17 +1,18 @@
 // Which page is shown, and the way between them.
 
-const has = (...measures) => FINDINGS.some((one) => measures.includes(one.measure));
+// The overview of a large run has no details to compare by measure, and the page of a problem is reached from it.
+const has = (...measures) => !DATA.parts && !ABOVE && FINDINGS.some((one) => measures.includes(one.measure));
 const ROUTES = { summary: summaryPage, matrix: matrixPage, cell: cellPage, scheme: schemePage, problem: problemPage,
   schemes: () => indexPage("Schemes", SCHEMES, schemeLink, "scheme"), problems: () => indexPage("Problems", PROBLEMS, problemLink, "problem"),
   drift: measurePage("Constraint drift", "drift", "How far constraints are violated along paths, against the step size, and how that grows in time."),
   stability: measurePage("Stability", "stability", "Mean-square stability: sets of stable step sizes, and the spectral radius of the second-moment map against h."),
-  invariant: measurePage("Invariant law", "invariant", "Errors of stationary means against the step size."), uniformity: uniformityPage, verifier: verifierPage, table: tablePage };
+  invariant: measurePage("Invariant law", "invariant", "Errors of stationary means against the step size."), uniformity: uniformityPage, classes: classesPage, verifier: verifierPage, table: tablePage };
 const NAVIGATION = [["summary", "Summary", FINDINGS.length], ["matrix", "Matrix", FINDINGS.length], ["schemes", "Schemes", FINDINGS.length], ["problems", "Problems", FINDINGS.length], ["drift", "Drift", has("drift")],
-  ["stability", "Stability", has("stability")], ["invariant", "Invariant", has("invariant")], ["uniformity", "Uniformity", has("uniformity", "limits", "effort")], ["verifier", "Verifier", DATA.verifier],
+  ["stability", "Stability", has("stability")], ["invariant", "Invariant", has("invariant")], ["uniformity", "Uniformity", has("uniformity", "limits", "effort")], ["classes", "Classes", CLASS_ROWS.length && !FINDINGS.length], ["verifier", "Verifier", DATA.verifier],
   ...(DATA.tables || []).map((each, number) => [`table/${number}`, each.title, true])];
 // Pages of things, and what their names may be.
 const OF_THINGS = { cell: [SCHEMES, PROBLEMS], scheme: [SCHEMES], problem: [PROBLEMS], table: [(DATA.tables || []).map((_, number) => String(number))] };
-const HOME = (NAVIGATION.find(([, , there]) => there) || ["summary"])[0];
+const HOME = ABOVE ? ["problem", PROBLEMS[0]] : (NAVIGATION.find(([, , there]) => there) || ["summary"])[0].split("/");
 
 /** Return a page of a table that was written as one. */
 function tablePage(_, number) {
@@ -29,8 +30,8 @@ function placeOf(route) {
   }
   const [page, ...names] = words;
   const there = Object.hasOwn(OF_THINGS, page) ? names.length === OF_THINGS[page].length && OF_THINGS[page].every((known, place) => known.includes(names[place])) :
-    !names.length && NAVIGATION.some(([name, , shown]) => name === page && shown);
-  return there ? words : HOME.split("/");
+    !ABOVE && !names.length && NAVIGATION.some(([name, , shown]) => name === page && shown);
+  return there ? words : HOME;
 }
 
 function show() {
@@ -46,6 +47,7 @@ function show() {
   }
 }
 
+if (ABOVE) document.querySelector("nav").append(el("a", { href: link(...HOME) }, HOME[1]));
 document.querySelector("nav").append(...NAVIGATION.filter(([, , there]) => there).map(([page, title]) => el("a", { href: link(...page.split("/")) }, title)));
 addEventListener("hashchange", (event) => {
   if (location.hash === "#main") return;

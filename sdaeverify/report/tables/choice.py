@@ -15,9 +15,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from html import escape
 from math import ceil, floor, isfinite, log2, log10, nan
 from statistics import median
-from typing import Any, NamedTuple
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...contracts.settings import Settings
 from ...contracts.specs import built
@@ -29,6 +27,9 @@ from ..folders import key_of
 from ..pictures import AXES, CLEAR, known_order
 from ..verdict_row import VerdictRow
 from .common_errors import OF_MEANS, Show, common_errors
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # Measures whose levels are errors along paths that decrease with more steps, and the measure of stationary means,
 # whose steps are counted per unit of time.
@@ -63,7 +64,7 @@ class Choice:
     beyond : bool
         Whether `steps` is extrapolated by the order, or taken from the leading error: no level is as accurate.
     leading : str
-        The leading weak error in words, such as ``-0.184 h``; empty if it is not known without sampling.
+        The leading error in words, such as ``-0.184 h``; empty if it is not known without sampling.
     """
 
     scheme: str
@@ -119,7 +120,7 @@ OF_THE_RUN = CommonBasis()
 
 
 class Leading(NamedTuple):
-    """The leading weak error C h^p, where it is known without sampling, and the run it is of.
+    """The leading error C h^p, where it is known without sampling, and the run it is of.
 
     Attributes
     ----------
@@ -201,8 +202,10 @@ class Choices:
     left_out: tuple[str, ...] = ()
 
     @property
-    def table(self) -> pd.DataFrame:
+    def table(self) -> "pd.DataFrame":
         """Schemes as a table, one row each, in the same order."""
+        import pandas as pd  # noqa: PLC0415 - plugins and workers need no tables
+
         return pd.DataFrame([asdict(one) for one in self.found], columns=[field.name for field in fields(Choice)])
 
     def _repr_html_(self) -> str:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from ...contracts.spelling import counted
-from ...trees.class_row import RANDOM_MEMBERS
+from ...study.every_equation import RANDOM_MEMBERS
 from ..cells import grouped
 from ..folders import class_in
 from ..saved import SavedAttack, SavedClaim, claims_of

@@ -55,6 +55,8 @@ CLASS_FURTHER = (
     Column("found", "value of the scheme for the integral or mean of the condition"),
     Column("wanted", "value of the exact solution; I is the integral itself"),
     Column("premise", "what a refuted scheme solves instead, if known; premises of the conditions, or why one fails"),
+    Column("modified", "equation solved to one order more, as lines; of refuted weak orders, or with --modified"),
+    Column("modified_terms", "its terms, one a line: trees, colon, formula"),
 )
 CLASS_DETAILS = (*NAMES, *CLASS_FURTHER)
 # Columns of the classes of a result, each row of which joins a row of verdicts and a row of details.

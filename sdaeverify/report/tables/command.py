@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ...contracts.settings import Settings
+from ...registry.sources import plugin_options
 from ..cells import Row, text
 from ..folders import class_in
 from ..saved import settings_of
@@ -23,7 +24,7 @@ def reproduce(cell: Sequence[str], settings: Settings, plugins: Sequence[str] = 
         Labels of scheme and problem, and name of the measure.
     settings : Settings
     plugins : sequence of str
-        Plugin files named by path.
+        Plugins as a registry names them: paths of files and texts of sources.
 
     Returns
     -------
@@ -53,7 +54,7 @@ def orders_command(scheme: str, kind: str, motions: int = 0, plugins: Sequence[s
     motions : int
         Number of Brownian motions; 0 for the default of the command.
     plugins : sequence of str
-        Plugin files named by path.
+        Plugins as a registry names them: paths of files and texts of sources.
     """
     words = ["orders", scheme, "--class", kind]
     words += ["--motions", str(motions)] if motions > 1 else []
@@ -70,14 +71,14 @@ def examination_command(cell: Sequence[str], words: Sequence[str], plugins: Sequ
     words : sequence of str
         Words of the examination, in which ``{scheme}``, ``{problem}`` and ``{measure}`` stand for the labels.
     plugins : sequence of str
-        Plugin files named by path.
+        Plugins as a registry names them: paths of files and texts of sources.
     """
     labels = {f"{{{kind}}}": name for kind, name in zip(CELL, cell, strict=True)}
     return _joined([labels.get(word, word) for word in words], plugins)
 
 
 def _joined(words: Sequence[str], plugins: Sequence[str]) -> str:
-    return shlex.join([*PYTHON, *words, *(word for plugin in plugins for word in ("--plugin", plugin))])
+    return shlex.join([*PYTHON, *words, *plugin_options(plugins)])
 
 
 def command_of(row: Row, run: Mapping[str, Any]) -> str:

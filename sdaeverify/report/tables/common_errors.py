@@ -20,9 +20,9 @@ from ...contracts.settings import Settings
 from ...errors import FAULTS
 from ...forms import Problem
 from ...measures.path_errors.errors import STATE
-from ...noise.brownian import Brownian, Piece, Source
+from ...noise.brownian import Brownian, LevelNoise, Source
 from ...simulate.reference import OWN_REFERENCE, Reference
-from ...simulate.tracks import Track, follow
+from ...simulate.tracks import Track
 from ...study.plan import Cell
 from ...study.run import Compared
 
@@ -117,18 +117,18 @@ class _Runner:
         self.tracks = [Track(self.cell.scheme, view, level, h / 2**level, paths) for level in range(levels)]
         self.now = np.zeros((levels, paths))
 
-    def advance(self, piece: Piece) -> None:
+    def advance(self, level: int, noise: LevelNoise) -> None:
         """Make the steps of a piece of noise; a scheme that raises is excluded from then on."""
-        if self.broken or piece.level >= len(self.tracks):
+        if self.broken or level >= len(self.tracks):
             return
         begun = perf_counter()
         try:
-            self.tracks[piece.level].advance(piece.noise, ())
+            self.tracks[level].advance(noise, ())
         except FAULTS:
             self.broken = True
-        if piece.level == len(self.tracks) - 1:
+        if level == len(self.tracks) - 1:
             self.seconds += perf_counter() - begun
-            self.steps += len(piece.noise.dW) * self.now.shape[-1]
+            self.steps += len(noise.dW) * self.now.shape[-1]
 
     def note(self, problem: Problem, truth: Parts, asked: tuple[str, str], t: float) -> None:
         """Record the errors at time `t`.
@@ -187,11 +187,11 @@ class _Truth:
             h = problem.horizon / settings.coarsest / 2**level
             self.fine = Track(best.scheme, view, level, h, self.reference.paths)
 
-    def advance(self, piece: Piece, extra: np.random.Generator) -> None:
+    def advance(self, level: int, noise: LevelNoise, extra: np.random.Generator) -> None:
         """Make the steps of a piece of noise."""
-        self.reference.advance(piece, extra)
-        if self.fine is not None and piece.level == self.fine.level:
-            self.fine.advance(piece.noise, ())
+        self.reference.advance(level, noise, extra)
+        if self.fine is not None and level == self.fine.level:
+            self.fine.advance(noise, ())
 
     def parts(self) -> Parts:
         """Return the known components; empty without a reference."""
@@ -215,10 +215,10 @@ def _run_block(
     for runner in runners:
         runner.begin(paths)
 
-    def advance(piece: Piece) -> None:
-        truth.advance(piece, extra)
+    def advance(level: int, noise: LevelNoise) -> None:
+        truth.advance(level, noise, extra)
         for runner in runners:
-            runner.advance(piece)
+            runner.advance(level, noise)
 
     def note() -> None:
         step = next(steps)
@@ -227,12 +227,8 @@ def _run_block(
         noted(step)
 
     steps = count(1)
+    brownian = Brownian(source, problem.noise_dim, h, finest, problem.noise, problem.records)
     with np.errstate(all="ignore"):
-        follow(
-            Brownian(source, problem.noise_dim, h, finest, problem.noise, problem.records),
-            settings.coarsest,
-            advance,
-            note,
-        )
+        brownian.follow(settings.coarsest, advance, note)
     for runner in runners:
         runner.end()

@@ -14,7 +14,6 @@ from ...contracts.finding import Finding, Verdict
 from ...contracts.settings import Settings
 from ...simulate.tracks import COST, COUNTED
 from ...study import CellResult
-from ...study.class_results import is_of_class
 from .. import folders
 from ..cells import WHOLE, Column, names
 from ..sentences import SYMBOLS
@@ -70,7 +69,14 @@ class Rows(NamedTuple):
 
 
 def rows_of(results: Iterable[CellResult], *, with_classes: bool = False) -> Rows:
-    """Convert results to rows; `with_classes` adds the table of classes even if it is empty."""
+    """Return one row for each finding, by the table in which it stands: verdicts, classes, details, not applicable.
+
+    Parameters
+    ----------
+    results : iterable of CellResult
+    with_classes : bool
+        Whether there is a table of classes even if no finding is about a class of equations.
+    """
     rows = Rows([], [], {CLASSES: []} if with_classes else {}, [])
     for result in results:
         for finding in result.findings:
@@ -78,7 +84,7 @@ def rows_of(results: Iterable[CellResult], *, with_classes: bool = False) -> Row
             if finding.verdict is Verdict.NOT_APPLICABLE:
                 rows.absent.append({**named, "reason": str(finding.reason)})
                 continue
-            if is_of_class(result.cell):
+            if result.cell.class_name is not None:
                 rows.classes.append(VerdictRow.from_finding(finding, result))
                 rows.details.setdefault(CLASSES, []).append({**named, **finding.details})
                 continue

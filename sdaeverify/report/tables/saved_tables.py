@@ -7,11 +7,9 @@ from typing import Any
 
 import pandas as pd
 
-from ...errors import UsageError
 from .. import folders
 from ..cells import NUMBER, TEXT, WHOLE, Column, parse
 from ..files import FORMULA
-from ..sentences import SYMBOLS
 from ..verdict_row import VERDICTS, VerdictRow
 from .columns import CLASS_DETAILS, CLASSES, COLUMNS, DETAILS, LEVELS, NOT_APPLICABLE, details_file
 from .rows import Record, Rows, as_verdicts, table_of
@@ -30,8 +28,6 @@ def read_result(folder: Path) -> tuple[Rows, dict[str, pd.DataFrame], dict[str, 
     found = folders.read_verdicts(folder)
     verdicts, classes = ([VerdictRow.from_row(row) for row in some] for some in (found.verdicts, found.classes))
     rows = Rows(verdicts, _typed(found.absent, NOT_APPLICABLE), {}, classes)
-    if unknown := {row.verdict for row in rows.every} - {*SYMBOLS}:
-        raise UsageError(f"{folder / folders.VERDICTS} has an unknown verdict: {min(unknown)!r:.200}")
     tables = {
         folders.VERDICTS: as_verdicts(table_of([row.cells for row in rows.every], VERDICTS)),
         folders.NOT_APPLICABLE: table_of(rows.absent, NOT_APPLICABLE),

@@ -15,8 +15,8 @@ from ...arrays import Array, Parts, each
 from ...forms import IndexOne
 from ...forms.names import article
 from ...forms.truths import Moment, Pathwise
-from ...noise.brownian import BROWNIAN, USUAL, Increment, LevelNoise, Source, brownian_steps
-from ...numerics.statistics import EPS, tail
+from ...noise.brownian import BROWNIAN, USUAL, Brownian, Increment, LevelNoise, Source
+from ...numerics.statistics import EPS, Tail
 from ..check import Inapplicable
 from ..subjects import ProblemSubject
 from .moments import moments
@@ -147,7 +147,7 @@ def walk_together(
     finest, H = max(walker.level for walker in walkers), problem.horizon / COARSEST
     source = Source(SEED, f"{label} in the kit", 0, paths // 2 if mirrored else paths)
     fields = problem.noise & {*BROWNIAN} | USUAL
-    steps = brownian_steps(source, problem.noise_dim, H, finest, fields, problem.records)
+    steps = Brownian(source, problem.noise_dim, H, finest, fields, problem.records).steps()
     for n, levels in zip(range(COARSEST), steps, strict=False):
         for walker in walkers:
             noise = levels[walker.level]
@@ -270,7 +270,7 @@ def _pair(problem: Any, moment: Moment, t: float, coarse: Walker, fine: Walker) 
 def _heavy(values: Array) -> bool:
     deviations = np.abs(values - values.mean())
     largest = np.sort(deviations)[::-1][: int(np.sqrt(len(values)))]
-    return tail(float(deviations.sum()), float((deviations**2).sum()), largest, len(values)).heavy
+    return Tail.of(float(deviations.sum()), float((deviations**2).sum()), largest, len(values)).heavy
 
 
 def _quantile(means: int) -> float:

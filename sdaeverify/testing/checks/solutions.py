@@ -56,7 +56,7 @@ def check_step(subject: ProblemSubject) -> str:
 
 
 def check_standstill(subject: ProblemSubject) -> str:
-    """Expect a step of length 0 without noise to leave the solution unchanged."""
+    """Expect the solution to return its state to the bit after a step of length 0 with dW = 0."""
     truth, none = solution(subject), np.zeros((subject.problem.noise_dim, 1))
     z, nothing = truth.start(1), subject.problem.drawn(np.random.default_rng(0), 0.0, 1)
     extra = np.ones((truth.extra_normals, 1)) if truth.extra_normals else None

@@ -79,6 +79,7 @@ def test_a_figure_for_a_paper_has_the_width_of_a_column(plots):
     assert plots.convergence("euler").get_title() == "euler on gbm, strong x"
 
 
+@pytest.mark.long
 def test_files_of_a_figure(plots, tmp_path):
     """PDF embeds its fonts as TrueType, and the same figure gives the same bytes."""
     ax = plots.convergence(style="paper")
@@ -89,6 +90,7 @@ def test_files_of_a_figure(plots, tmp_path):
     assert all(file.stat().st_size for file in files)
 
 
+@pytest.mark.long
 def test_pgf_without_latex_is_told(plots, tmp_path, monkeypatch):
     """A suffix that is none, a folder that is not there and a missing LaTeX cost one line each."""
     ax = plots.convergence(style="paper")
@@ -121,6 +123,7 @@ def overlaps(labels):
     return [pair for pair in itertools.pairwise(boxes) if pair[0].overlaps(pair[1])]
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize("sizes", [SIZES, [0.3 / 2**k for k in range(12)], [0.7, 0.35], [2.0**-k for k in range(20)]])
 def test_ticks_of_step_sizes_do_not_collide(axes, sizes):
     """Powers of two are written as such; of many sizes some have no label."""

@@ -5,7 +5,7 @@ import pickle
 import numpy as np
 import pytest
 
-from facade import ClassTask, GenericClass, MemberClass, member_of
+from facade import ORDER_TESTS, ClassTask, GenericClass, MemberClass, member_of
 from sdaeverify import ConstrainedLangevin, DelaySDAE, HolonomicSDAE, IndexOneSDAE, ProblemError
 
 FORMS = (HolonomicSDAE, ConstrainedLangevin, DelaySDAE, IndexOneSDAE)
@@ -164,7 +164,7 @@ def test_a_draw_that_raises_is_drawn_again():
 def test_a_class_is_sent_to_workers(kind):
     """A task with a class, narrowed or not, is the same after pickling and draws the same members."""
     for members in (MemberClass(kind), MemberClass(kind).narrowed(next(iter(kind.features)))):
-        task = pickle.loads(pickle.dumps(ClassTask(members, ())))
+        task = pickle.loads(pickle.dumps(ClassTask(ORDER_TESTS, members, ())))
         assert task.kind == members
         assert task.kind.features == members.features
         ours, theirs = member_of(members, SEED, 0), task.kind.of.member(SEED, 0, task.kind.without)

@@ -187,6 +187,7 @@ PLANTED = [
 ]
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(("kind", "scheme", "says"), PLANTED)
 @pytest.mark.parametrize("index", range(2))
 def test_mistakes_are_named(kind, scheme, says, index):

@@ -116,6 +116,7 @@ def test_right_schemes_are_verified(scheme, kind):
     assert {row.verdict for row in found.values()} == {Verdict.VERIFIED}
 
 
+@pytest.mark.long
 def test_a_forgotten_mass_is_refuted_and_named():
     """A scheme that forgets M^-1 is refuted, and the reason names the mass matrix."""
     row = verdicts(Massless(), MECHANICS, [Weak()])["weak"]
@@ -189,6 +190,7 @@ class TooStrong(StochasticTheta):
         return super().step(problem, state, t, h, noise._replace(dW=1.1 * noise.dW))
 
 
+@pytest.mark.long
 def test_a_defect_on_every_member_needs_no_feature():
     """Where a claim is refuted with all features left out, delay and algebraic components too, none is named."""
     row = verdicts(TooStrong(theta=0.0), DELAYS, [Strong()])["strong"]
@@ -251,6 +253,7 @@ class MeanTheta(StochasticTheta):
     claims: ClassVar = (Claim(measure="weak", value=1.0, quantities=("x",), source="test"),)
 
 
+@pytest.mark.long
 def test_a_claim_about_a_named_mean_is_not_put_to_members_and_the_row_says_so():
     """There was no row at all, and the gate had a cell for it that nothing answered."""
     kind = next(iter(member_classes(MeanTheta(), SEED)))
@@ -290,6 +293,7 @@ class FailedHalfExplicit(Marked, HalfExplicitEuler):
     mark = "failed"
 
 
+@pytest.mark.sweep
 @pytest.mark.parametrize(
     ("scheme", "unmarked", "kind"),
     [

@@ -1,0 +1,1 @@
+"""Common mistakes in schemes, as what they make of the rates and the noise of an equation."""

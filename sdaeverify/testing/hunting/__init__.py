@@ -1,1 +1,0 @@
-"""Search for counterexamples: problems are drawn at random, tested by one step, shrunk, and confirmed by a run."""
