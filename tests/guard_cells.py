@@ -177,11 +177,6 @@ def slow_spiral() -> SDE:
     return replace(in_units(spiral(), time=1e6), controls=())
 
 
-def slow_and_small() -> SDE:
-    """Return an Ornstein-Uhlenbeck process that is slow and small in its units."""
-    return replace(in_units(ou(), time=1.5e8, scale=1e-5), controls=())
-
-
 def pulled() -> SDE:
     """Return an Ornstein-Uhlenbeck process with a strong pull."""
     return replace(ou(14.0, 0.5), controls=())
@@ -248,7 +243,6 @@ CELLS = {
         BalancedEuler(), slow_oscillator, (Strong(),), REFUTED, 256
     ),
     "balanced Euler in slow time, in law": GuardCell(BalancedEuler(), slow_spiral, (Weak(),), REFUTED),
-    "balanced Euler, slow and small": GuardCell(BalancedEuler(), slow_and_small, (Weak(),), REFUTED, 256),
     "balanced Euler with a strong pull, 40 paths": GuardCell(BalancedEuler(), pulled, (Strong(),), REFUTED, 40),
     "Milstein on growth that falls fast": GuardCell(DeafMilstein(), falling_growth, (Strong(),), REFUTED, 256),
     "balanced Euler on a loud double well": GuardCell(DeafBalancedEuler(), loud_well, (Strong(),), REFUTED, 512, 4),

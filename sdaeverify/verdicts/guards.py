@@ -8,7 +8,7 @@ from ..contracts.finding import ONE_STEP, SAMPLED
 from ..measures.path_errors.order import Fit, seems_early, why_coarse, why_on_its_way
 from ..measures.strong.findings import is_changing
 from ..measures.weak import grows, is_coarse_mean, shrinks, turns
-from ..measures.weak.probe import of_mesh, unless_slow, unless_taken_back
+from ..measures.weak.probe import of_mesh, unless_taken_back
 from ..probe.local.smoothness import smoothness
 from ..probe.local.strong_order import converges_later
 from ..probe.local.weak_order import WeakOrder
@@ -89,14 +89,6 @@ OF_ONE_STEP = (
         reason="the local weak order rises at much shorter step sizes",
         remedy="shorter steps than a run has",
         planted="balanced Euler in slow time, in law",
-    ),
-    Guard(
-        asks=unless_slow,
-        bars=DECIDE,
-        tier=ONE_STEP,
-        reason="the equation is slow, and rounding hides the errors of steps short enough for the scheme",
-        remedy="a longer horizon",
-        planted="balanced Euler, slow and small",
     ),
 )
 OF_PATHS = (

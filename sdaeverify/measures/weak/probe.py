@@ -203,7 +203,7 @@ def judge_probe(evidence: Evidence, claim: Claim | None, observable: str) -> tup
         return _judge_named(evidence, claim.value, observable, opinion)
     if opinion is not None and (final or opinion.verdict is Verdict.REFUTED):
         return opinion, False
-    further = _up_to_memory(unless_slow(_global(probed, least, observable), probed.local), least - tolerance, probed)
+    further = _up_to_memory(_global(probed, least, observable), least - tolerance, probed)
     # A contradiction by one step is not overruled at T: moments and means on a chart may miss the states it was seen
     # at.
     undecided = opinion is None or (opinion.verdict is Verdict.INCONCLUSIVE and not opinion.speaks_against)
@@ -329,16 +329,6 @@ def _global(probed: WeakProbe, claim: float, observable: str) -> Opinion | None:
         return None
     text = f"weak order {found.order:.2f} of E[{observable}] at T by the transition operator"
     return _opinion(found.low, found.high, claim, text)
-
-
-def unless_slow(further: Opinion | None, order: WeakOrder | None) -> Opinion | None:
-    """Return the opinion at T, which does not refute alone if the equation is slow.
-
-    A scheme that bounds its noise by 1 has its order on steps whose errors are below rounding there.
-    """
-    if further is None or further.verdict is not Verdict.REFUTED or order is None or not order.is_slow:
-        return further
-    return too_coarse(order.h)
 
 
 def _up_to_memory(further: Opinion | None, least: float, probed: WeakProbe) -> Opinion | None:

@@ -145,11 +145,6 @@ class WeakOrder(NamedTuple):
         """Lowest settled order; infinite if there is none."""
         return float(np.min(self.orders, where=self.settled, initial=np.inf))
 
-    @property
-    def is_slow(self) -> bool:
-        """Whether steps were probed in units of time longer than the problem's."""
-        return self.h > FINEST
-
     def count_states(self, found: Mask) -> tuple[int, int]:
         """Return the number of states in a mask (S,), and of all states, at the time with the largest share."""
         counts = ((int(found[self.time == time].sum()), int((self.time == time).sum())) for time in set(self.time))
