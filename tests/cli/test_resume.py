@@ -227,7 +227,7 @@ def test_another_behaviour(small, write, monkeypatch):
 
 
 def test_one_file_a_problem(small, tmp_path):
-    """However many schemes and blocks there are, evidence on a problem is one file, and that on classes another one."""
+    """However many schemes and blocks there are, evidence on a problem is one file, and that on classes another."""
     small("out", *BOTH, paths=400)
 
     names = sorted(path.name for path in (tmp_path / "out" / "evidence").iterdir())
