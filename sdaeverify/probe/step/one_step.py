@@ -186,6 +186,11 @@ class OneStep:
         """Orders of the effect of memory in a run, for a map that can be probed; None without further memory."""
         return memory_orders(self) if self.remembers(self.scheme.start(self.view, 1, self.view.horizon)) else None
 
+    @property
+    def memory_vanishes(self) -> bool:
+        """Whether the memory of a run has no effect beyond rounding, for a map that can be probed."""
+        return self.memory is None or bool(np.isinf(self.memory.weak))
+
     def untold(self, state: State) -> str:
         """Return that a state of the scheme lacks compared components, or an empty string."""
         lacking = [name for name in self.names if name not in self.scheme.parts(self.view, state)]
