@@ -1,5 +1,6 @@
 """Calls in workers: their value or, if the process dies, the code that ran and the reason."""
 
+import os
 import pickle
 import signal
 from collections.abc import Callable, Iterable, Iterator
@@ -16,8 +17,8 @@ from ..registry.discovery import FILE_PREFIX
 from ..registry.load import Registry
 from ..simulate.ensemble import Marker
 from .executors import LostExecutorError, Plugins, Workers, crew_of
-from .limits import Limits, available_cores, limited_memory
-from .marks import Mark, Watchdog, read_mark
+from .limits import Limits, available_cores, is_exhausted, limited_memory
+from .marks import NOBODY, Mark, Watchdog, read_mark
 from .pool import BLOCKS_A_WORKER, ENDED, Processes, in_turn
 
 Argument = TypeVar("Argument")
@@ -27,6 +28,8 @@ Function = Callable[[Any, Marker], Value]
 ELSE = "define it at the top level of a module, or use one job"
 DIED = "its worker process died"
 GONE = "the executor accepts no more work"
+# Exit code of a worker that leaves its call to another one, for lack of memory: EX_TEMPFAIL of sysexits.
+EXHAUSTED = 75
 # Seconds between two readings of the marks of workers.
 PERIOD = 0.1
 
@@ -100,6 +103,10 @@ class Call(Generic[Value]):
         except CancelledError:
             return Lost(read_mark(self._mark), "", late=True)
         except ProcessExpired as death:
+            if death.exitcode == EXHAUSTED and read_mark(self._mark).scheme == NOBODY:
+                # No code of a plugin has run in this call, and a new worker has all of its memory.
+                self.future = self._send()
+                return self._outcome()
             return Lost(read_mark(self._mark), f"{DIED}{_describe_end(death.exitcode)}")
 
 
@@ -161,6 +168,8 @@ def call_marked(function: Function[Any], argument: bytes, mark: Path, limits: Li
         File from which the parent process reads whose code runs and the deadline of that code.
     limits : Limits
     """
+    if is_exhausted(limits.memory):
+        os._exit(EXHAUSTED)
     watchdog = Watchdog(mark, limits.timeout)
     with limited_memory(limits.memory):
         value = function(unpickle_argument(argument, MemoryError), watchdog)

@@ -24,6 +24,9 @@ UNITS = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40}
 # Least memory: libraries that a worker loads at its start, and gbm and the pendulum on all measures, take 50M to
 # 100M.
 LEAST = 2**28
+# Share of its memory that a worker needs free to begin a call. Libraries and ordinary schemes leave more than half.
+# Size: of the memory of a worker.
+FREE = 0.5
 _AMOUNT = re.compile(r"([0-9]{1,15}(?:\.[0-9]{1,6})?) ?([KMGT]?)i?B?")
 
 
@@ -145,8 +148,23 @@ def limited_memory(extra: int) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_AS, (before, hard))
 
 
+def is_exhausted(extra: int) -> bool:
+    """Return whether earlier calls have left less than `FREE` of the memory of this worker, as a cache of them may.
+
+    Parameters
+    ----------
+    extra : int
+        As for `limited_memory`.
+    """
+    return bool(extra) and _size() - address_space() > (1.0 - FREE) * extra
+
+
 @cache
 def address_space() -> int:
     """Return the bytes of address space that this process had at the first call, which is cached."""
+    return _size()
+
+
+def _size() -> int:
     statm = Path("/proc/self/statm")
     return int(statm.read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE") if statm.is_file() else 0
