@@ -8,6 +8,11 @@ from pathlib import Path
 from facade import all_lanes, write_lanes
 
 
+def is_class(problem):
+    """Return whether the label of a problem stands for a class of equations."""
+    return problem.startswith("every-equation")
+
+
 def rows_of(file):
     """Return the rows of a table as text."""
     with Path(file).open(newline="", encoding="utf-8") as opened:

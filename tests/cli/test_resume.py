@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from evidence import lanes_in, rows_of
+from evidence import is_class, lanes_in, rows_of
 
 pytestmark = pytest.mark.long
 
@@ -32,11 +32,6 @@ def finish(folder: Path, *further: str) -> str:
     out, err = begin(folder, *further).communicate(timeout=PATIENCE)
     assert err == ""
     return out
-
-
-def is_class(problem: str) -> bool:
-    """Return whether the label of a problem stands for a class of equations."""
-    return problem.startswith("every-equation")
 
 
 def tables(folder: Path) -> tuple[str, list[dict[str, str]]]:

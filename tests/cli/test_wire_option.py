@@ -136,7 +136,8 @@ def test_script_among_the_arguments_counts_by_its_content(call, tmp_path):
     Path(command[-1]).write_text(Path(command[-1]).read_text() + "ANOTHER = True\n")
     other = call("matrix", "--wire", relative, *given)
 
-    assert "was reused\n" in again.out
+    assert "was reused" in again.out
+    assert "computed" not in again.out
     assert "with another code of the scheme" in " ".join(other.out.split())
 
 
