@@ -125,7 +125,7 @@ def why_not(solver: Sealed, spec: ProblemSpec, view: Problem | None, budget: Bud
     budget : Budget
     """
     if view is None:
-        return f"{solver.name} solves no such form"
+        return f"{solver.name} does not solve problems of this form"
     if solver.problems and not {spec.label, spec.name} & set(solver.problems):
         return f"{solver.name} solves {', '.join(solver.problems)} alone"
     check_steps(budget.steps or solver.steps)
@@ -149,7 +149,7 @@ class SealedRun(PairRun[Cell, Measured]):
         self.budget = budget
 
     def task(self, cell: Cell) -> Callable[[], Measured]:
-        """Return the measurement of a cell."""
+        """Return a function without arguments that measures a cell."""
         return partial(measured, cell.solver, cell.spec, self.budget, self.confidence)
 
     @property
@@ -162,7 +162,7 @@ class SealedRun(PairRun[Cell, Measured]):
 
 
 def withhold(found: Sequence[Row]) -> list[Row]:
-    """Return rows in which nothing is verified of a cell whose limit, or whose motion, is refuted.
+    """Return the rows, without verified findings in cells whose limit or Brownian motion is refuted.
 
     An observable that falls on its way to a wrong limit looks as if it had an order: the evidence of a cell is one.
 

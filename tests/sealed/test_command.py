@@ -88,4 +88,4 @@ def test_where_nothing_is_claimed_nothing_is_measured(run):
     code, said = run("own-baoab", *SMALL)
 
     assert code is ExitCode.NOTHING
-    assert "own-baoab on ou: own-baoab solves no such form" in said.out
+    assert "own-baoab on ou: own-baoab does not solve problems of this form" in said.out
