@@ -81,7 +81,7 @@ class Question(NamedTuple):
 
 
 def ask(question: Question) -> Iterator[Asked]:
-    """Yield what the sample says of each claim that it covers."""
+    """Yield the tests of each claim that the sample covers."""
     evidence = question.evidence
     for name in question.sample.plan.names:
         covered = coverage(evidence, question.sample.plan.measure, name)
@@ -111,7 +111,7 @@ def _about(question: Question, covered: Coverage, evidence: Evidence) -> Asked:
 
 
 def _size(sample: Sample, name: str) -> float:
-    """Return the root mean square of an observable at the finest step size; NaN if runs do not tell it."""
+    """Return the root mean square of an observable at the finest step size; NaN if the runs do not determine it."""
     look, column = sample.looks[-1], sample.plan.names.index(name)
     variance = look.within[-1, :, column].mean() * sample.sizes[len(sample.looks) - 1]
     return float(np.sqrt(variance + look.means[-1, :, column].mean() ** 2))
@@ -286,7 +286,7 @@ def _of_levels(errors: Array, most: float, bias: float) -> tuple[float, float]:
 
 
 def _spread(sample: Sample, name: str) -> float:
-    """Return the standard deviation of an observable at the finest step size; NaN if runs do not tell it."""
+    """Return the standard deviation of an observable at the finest step size; NaN if the runs do not determine it."""
     look = sample.looks[-1]
     of_mean = look.within[-1, :, sample.plan.names.index(name)].mean()
     return float(np.sqrt(of_mean * sample.sizes[len(sample.looks) - 1]))

@@ -69,7 +69,7 @@ def test_nothing_depends_on_which_libraries_are_installed():
     [
         (["own-eulr"], "did you mean own-euler?"),
         (["own-euler", "--steps", "4,a,8"], "whole numbers separated by commas"),
-        (["own-euler", "--steps", "4,8"], "three of them at least"),
+        (["own-euler", "--steps", "4,8"], "at least three increasing numbers of steps"),
         (["own-euler", "--paths", "100"], "at least 3200 for 3 looks"),
         (["own-euler", "-p", "nowhere"], "unknown problem"),
     ],
