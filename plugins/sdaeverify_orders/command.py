@@ -70,7 +70,7 @@ def orders(
     class, or refuted by a tree: f is the drift, b1, b2, ... are the columns of the diffusion, t is time. Langevin
     dynamics also have positions q, friction d and the momentum p before the step, index-1 equations constraints u.
     For constrained mechanics, constrained Langevin dynamics and delay equations, random members are drawn. With
-    --modified no claim is tested: the modified equations are shown, which schemes solve to one order more.
+    --modified no claim is tested, and the modified equations are shown, which the schemes solve to one order more.
     """
     registry, out = load_and_warn(plugins), asked.pop("out")
     asked = {name: value for name, value in asked.items() if value is not None}
