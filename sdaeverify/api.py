@@ -158,7 +158,7 @@ class Result(ForPapers):
 
     @cached_property
     def _asked(self) -> "Result":
-        """The result with what is said of classes, if its schemes are there to be asked."""
+        """The result with the findings for classes, which are computed if the result still has its schemes."""
         if self.rows.of_classes is not None or not self.results:
             return self
         results = (*self.results, *class_results(self.results, seed=self.settings.seed))

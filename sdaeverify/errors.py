@@ -12,12 +12,13 @@
 """
 
 import inspect
+import linecache
 import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from traceback import format_exception, walk_tb
-from types import TracebackType
+from traceback import FrameSummary, extract_tb, format_exception, walk_tb
+from types import FrameType, TracebackType
 
 
 class SdaeverifyError(Exception):
@@ -73,14 +74,14 @@ def one_line(error: BaseException) -> str:
     -------
     str
         ``message`` for an error of this package. For any other error ``Type: message``, followed by the correct
-        arguments if it was a call with wrong ones, and by the file and line in the plugin that raised it or called
-        the raising code.
+        arguments if it was a call with wrong ones, or by the call if the framework made it, and by the file and line
+        in the plugin that raised it or called the raising code.
     """
     text = " ".join(_text(error).split()) or "no message"
     if isinstance(error, SdaeverifyError):
         return text
-    place, expected = _line_of_plugin(error), _signature(error, text)
-    message = f"{text}; expected {expected}" if expected else text
+    place, called = _line_of_plugin(error), _wrong_call(error, text)
+    message = f"{text}; {called}" if called else text
     return f"{type(error).__name__}: {message}{f' ({place})' if place else ''}"
 
 
@@ -116,26 +117,48 @@ def _text(error: BaseException) -> str:
         return f"its message cannot be read, which raises {type(other).__name__}"
 
 
-# Python's messages for a call with wrong arguments.
-_CALL = re.compile(r"(?:\S*\.)?(?P<name>\w+)\(\) (?:missing|takes|got an unexpected)")
+# Python's messages for a call with wrong arguments, by the qualified name of the function.
+_CALL = re.compile(r"(?P<name>\S+)\(\) (?:missing|takes|got an unexpected)")
 
 
-def _signature(error: BaseException, text: str) -> str:
-    """Return the signature of a function that was called with wrong arguments: ``DelaySDAE.diffused(t, x, v, y, w)``.
+def _wrong_call(error: BaseException, text: str) -> str:
+    """Return what a call with wrong arguments should have been, or how the framework makes it; empty otherwise.
 
-    Empty for any other error, and if no local object of the caller has a function of this name.
+    ``expected DelaySDAE.diffused(t, x, v, y, w)`` if a local object of the caller has the function. Otherwise
+    ``called as observable(0.0, initial)`` if the framework calls a function of a plugin, for example a lambda, whose
+    name does not say what it is.
     """
     called = _CALL.match(text) if isinstance(error, TypeError) else None
-    frames = [frame for frame, _ in walk_tb(error.__traceback__)]
+    frames = extract_tb(error.__traceback__)
     if called is None or not frames:
         return ""
-    for owner in [*frames[-1].f_locals.values()]:
+    *_, (frame, _) = walk_tb(error.__traceback__)
+    if expected := _signature(frame, called["name"]):
+        return f"expected {expected}"
+    by_framework = str(frame.f_globals.get("__name__", "")).partition(".")[0] == FRAMEWORK
+    call = _source(frames[-1]) if by_framework else ""
+    return f"called as {call}" if call else ""
+
+
+def _signature(frame: FrameType, name: str) -> str:
+    """Return the signature of the method `name` (qualified) of a local object of a frame; empty if none has it."""
+    for owner in [*frame.f_locals.values()]:
         # Static look-up, because an attribute may be a property of a plugin, which must not be called.
-        function = inspect.getattr_static(owner, called["name"], None)
-        if inspect.isfunction(function) and not isinstance(owner, type):
-            arguments = [name for name in inspect.signature(function).parameters if name != "self"]
-            return f"{type(owner).__name__}.{function.__name__}({', '.join(arguments)})"
+        function = inspect.getattr_static(owner, name.rpartition(".")[2], None)
+        if not inspect.isfunction(function) or isinstance(owner, type) or function.__qualname__ != name:
+            continue
+        arguments = [each for each in inspect.signature(function).parameters if each != "self"]
+        return f"{type(owner).__name__}.{function.__name__}({', '.join(arguments)})"
     return ""
+
+
+def _source(frame: FrameSummary) -> str:
+    """Return the expression at which a frame raised; empty if it is not known or has several lines."""
+    first, last = frame.colno, frame.end_colno
+    if frame.lineno is None or first is None or last is None or frame.lineno != frame.end_lineno:
+        return ""
+    # Columns count bytes of the line in the file; the attribute `line` is stripped.
+    return linecache.getline(frame.filename, frame.lineno).encode()[first:last].decode()
 
 
 FRAMEWORK = __name__.partition(".")[0]

@@ -26,7 +26,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Add the marker ``sdaeverify``, and the property with its part, to each test of the kit."""
+    """Add the marker ``sdaeverify`` and a property, the part of the kit, to each test of the kit."""
     for item in items:
         parameters = getattr(getattr(item, "callspec", None), "params", {}).values()
         kinds = (type(each) for each in parameters)

@@ -118,7 +118,7 @@ def test_one_brownian_motion_has_no_area():
     one, two = (Increment(np.ones((l, 1)), None) for l in (1, 2))
 
     np.testing.assert_allclose(one.double_integrals(0.5)[0, 0], 0.25)
-    words = r"A is not drawn for this problem, which draws it with noise=frozenset\({'dW', 'H', 'A'}\); a scheme"
+    words = r"A is not drawn for this problem, which needs noise=frozenset\({'dW', 'H', 'A'}\) for it; a scheme"
     with pytest.raises(SchemeError, match=words):
         two.double_integrals(0.5)
 

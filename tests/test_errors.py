@@ -1,5 +1,7 @@
 """Errors in one line: what was raised, and where in the code of a plugin."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from facade import delay_linear, one_line
@@ -100,3 +102,31 @@ def test_the_signature_of_a_form_is_told():
     problem = delay_linear()
     told = one_line(raised(lambda problem=problem: problem.diffused(0.0, 1.0, 2.0)))
     assert "; expected DelaySDAE.diffused(t, x, v, y, w)" in told
+
+
+def test_a_constructor_is_not_explained_by_the_one_of_another_object():
+    """A missing argument of a constructor is not followed by the arguments of a local object's constructor."""
+
+    class Truth:
+        def __init__(self, start):
+            self.start = start
+
+    class Equation:
+        def __init__(self, drift, *, horizon):
+            self.drift, self.horizon = drift, horizon
+
+    def build():
+        truth = Truth(0.0)
+        return Equation(truth.start)
+
+    told = one_line(raised(build))
+    assert "horizon" in told
+    assert "expected" not in told
+
+
+def test_a_lambda_with_wrong_arguments_is_told_by_the_call_of_the_framework():
+    """An observable without the argument t is named, because the name of a lambda does not say what it is."""
+    told = one_line(
+        raised(lambda: replace(delay_linear(), truths=(), observables={"x": lambda parts: parts["x"][0]}))
+    )
+    assert "; called as observable(0.0, initial) (" in told

@@ -158,8 +158,7 @@ def test_a_run_of_everything_leaves_out_what_is_run_on_request(registry: Registr
         ([3], "expected a scheme, got an object of type int"),
         (
             [AnotherEuler()],
-            "the given scheme is named 'euler', like one registered by plugin test (test 1); "
-            "give it a name of its own",
+            "the given scheme is named 'euler', like one registered by plugin test (test 1); give it another name",
         ),
         (
             [Disguised()],

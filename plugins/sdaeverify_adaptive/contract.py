@@ -82,7 +82,7 @@ class Adaptive(Scheme):
         SchemeError
             Always.
         """
-        raise SchemeError(f"{self.name} chooses its steps: it solves along a path, and makes no single step")
+        raise SchemeError(f"{self.name} is an adaptive solver, which has no method for a single step")
 
 
 def why_not_own_times(problem: SDE) -> str:

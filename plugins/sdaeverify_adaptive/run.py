@@ -130,7 +130,7 @@ class AdaptiveRun(PairRun[Cell, Measured]):
         self.budget = budget
 
     def task(self, cell: Cell) -> Callable[[], Measured]:
-        """Return the measurement of a cell."""
+        """Return a function without arguments that measures a cell."""
         return partial(measured, cell.solver, cell.spec, self.budget)
 
     @property

@@ -46,9 +46,7 @@ class Budget:
         falling = all(a > b > 0.0 for a, b in zip(self.tolerances, self.tolerances[1:], strict=False))
         if self.tolerances and (len(self.tolerances) < 3 or not falling):
             given = ",".join(f"{tolerance:g}" for tolerance in self.tolerances)
-            raise UsageError(
-                f"tolerances must be at least three decreasing positive numbers, which a rate needs; got {given}"
-            )
+            raise UsageError(f"a rate needs at least three decreasing positive tolerances, got {given}")
         # Checked before any problem is solved.
         Settings(seed=self.seed)
 

@@ -48,7 +48,7 @@ def attack_all(schemes: Schemes, asked: HuntOptions) -> HuntReport:
     _require_traits(asked)
     targets = list(_targets(registry, schemes, asked))
     if not targets:
-        raise UsageError("nothing to search: the schemes make no claims of these measures on problems of these forms")
+        raise UsageError("nothing to search: the schemes have no claims about the measures for problems of the forms")
     searches = [_search(registry, target, asked, len(targets)) for target in targets]
     met = search_all(searches, registry, asked)
     found = sum(share.example is not None for share in met)

@@ -70,13 +70,13 @@ def orders(
     class, or refuted by a tree: f is the drift, b1, b2, ... are the columns of the diffusion, t is time. Langevin
     dynamics also have positions q, friction d and the momentum p before the step, index-1 equations constraints u.
     For constrained mechanics, constrained Langevin dynamics and delay equations, random members are drawn. With
-    --modified no claim is tested: the modified equations are shown, which schemes solve to one order more.
+    --modified no claim is tested, and the modified equations are shown, which the schemes solve to one order more.
     """
     registry, out = load_and_warn(plugins), asked.pop("out")
     asked = {name: value for name, value in asked.items() if value is not None}
     if modified:
         if out is not None:
-            raise UsageError("--out keeps verdicts, and --modified puts no claim to the test: leave one of them out")
+            raise UsageError("contradictory options: --out saves verdicts, and --modified gives none")
         return _show_modified(select_schemes(registry, schemes), problem, as_json=as_json, **asked)
     chosen, measures = select_schemes(registry, schemes), select_measures(registry)
     if out is not None:
@@ -109,9 +109,7 @@ def _show_modified(schemes: Sequence[Scheme], problem: Path | None, *, as_json: 
         If a problem file is given, or a name or number is invalid.
     """
     if problem is not None:
-        raise UsageError(
-            "--problem needs a refuted claim, and --modified puts none to the test: leave one of them out"
-        )
+        raise UsageError("contradictory options: --problem needs a refuted claim, and --modified tests none")
     found = [each for scheme in schemes for each in modified_of(scheme, **asked)]
     shown = [each for each in found if each.solves] or found
     if as_json:

@@ -81,5 +81,5 @@ def modified_equations(
     """
     found = select_schemes(load_registry(plugins), scheme)
     if len(found) != 1:
-        raise UsageError(f"modified_equations expects one scheme, got {scheme!r:.200}, which means {len(found)}")
+        raise UsageError(f"modified_equations expects one scheme, got {scheme!r:.200}, which matches {len(found)}")
     return modified_of(found[0], classes, motions, weight)

@@ -140,7 +140,7 @@ class OrderReport:
             raise UsageError(f"condition {condition.name!r:.200} is not in this report")
         if row.measure == INVARIANT:
             raise UsageError(
-                "no single equation isolates a condition of the invariant measure: ask matrix on double-well"
+                "no equation isolates a condition of the invariant measure: run matrix -m invariant -p double-well"
             )
         kind = classes_of(self.scheme)[row.kind]
         assert not isinstance(kind, MemberClass)
@@ -197,7 +197,7 @@ def orders(
     registry = load_registry(plugins)
     found = select_schemes(registry, scheme)
     if len(found) != 1:
-        raise UsageError(f"orders expects one scheme, got {scheme!r:.200}, which means {len(found)}")
+        raise UsageError(f"orders expects one scheme, got {scheme!r:.200}, which matches {len(found)}")
     return OrderReport.of(found[0], select_measures(registry), classes, motions, weight)
 
 

@@ -83,7 +83,7 @@ def _plugins_to_add(runs: Sequence[StoredRun], registry: Registry) -> str:
 
 
 def _compared_names(run: StoredRun, runs: Sequence[StoredRun]) -> set[str]:
-    """Return the names needed to read the errors of cells for which another run has paths as well."""
+    """Return the schemes, problems and measures that must be registered to compare the errors of runs."""
     others = {key for other in runs if other is not run for key in other.lanes}
     cells = run.lanes.keys() & others
     names = {label.partition("[")[0] for key in cells for label in key}

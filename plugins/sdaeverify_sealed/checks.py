@@ -1,7 +1,7 @@
-"""Properties of a sealed solver beside its claims: its seeds, its standard errors, and the motions it has used.
+"""Checks of a sealed solver in addition to its claims: seeds, standard errors, and Brownian motions.
 
 Verdicts rest on the spread of means between runs with different seeds. So runs that are equal although their seeds
-differ leave the cell without a standard error, and nothing is judged then.
+differ leave the cell without a standard error, and no claim is judged then.
 """
 
 from collections.abc import Iterator, Sequence
@@ -34,9 +34,9 @@ class Answer(NamedTuple):
     ----------
     check : str
     failed : str
-        What is wrong, in a sentence; empty if nothing is.
+        The fault in a sentence; empty if there is none.
     told : str
-        A fact that is no failure; empty if there is none.
+        A remark that is not a failure; empty if there is none.
     """
 
     check: str

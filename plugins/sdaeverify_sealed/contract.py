@@ -99,7 +99,7 @@ class Sealed(Scheme):
         SchemeError
             Always.
         """
-        raise SchemeError(f"{self.name} is sealed: it makes whole runs with random numbers of its own")
+        raise SchemeError(f"{self.name} is a sealed solver, which has no method for a single step")
 
 
 class _Function(Sealed):
@@ -141,18 +141,18 @@ def sealed(
 
 
 def checked(solver: Sealed, view: Problem, found: Any, paths: int) -> Ends | Means:
-    """Return what a run returned, states by component, after a check of its shape.
+    """Return the result of a run, with states by component, after a check of its shape.
 
     Parameters
     ----------
     solver : Sealed
-        Whose name an error tells.
+        Named in errors.
     view : Problem
         In the solver's form.
     found : object
         That `Sealed.run` returned.
     paths : int
-        Number P of paths that it was asked for.
+        Requested number P of paths.
 
     Raises
     ------

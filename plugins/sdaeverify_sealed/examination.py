@@ -94,7 +94,7 @@ def _results(cell: Cell, done: Measured, rows: list[Row]) -> Iterator[CellResult
 
 
 def _of_whole(row: Row) -> Finding:
-    """Return what is found of a solver as a whole, with the name of the check that has found it."""
+    """Return a finding on a solver as a whole, with the name of the check."""
     told = "" if row.measure in SUBJECTS else f"{row.measure}: "
     return replace(row.finding, reason=Reason(f"{told}{row.finding.reason}"), method=CHECKS)
 

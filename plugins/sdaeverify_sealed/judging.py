@@ -81,7 +81,7 @@ class Question(NamedTuple):
 
 
 def ask(question: Question) -> Iterator[Asked]:
-    """Yield what the sample says of each claim that it covers."""
+    """Yield the tests of each claim that the sample covers."""
     evidence = question.evidence
     for name in question.sample.plan.names:
         covered = coverage(evidence, question.sample.plan.measure, name)
@@ -111,7 +111,7 @@ def _about(question: Question, covered: Coverage, evidence: Evidence) -> Asked:
 
 
 def _size(sample: Sample, name: str) -> float:
-    """Return the root mean square of an observable at the finest step size; NaN if runs do not tell it."""
+    """Return the root mean square of an observable at the finest step size; NaN if the runs do not determine it."""
     look, column = sample.looks[-1], sample.plan.names.index(name)
     variance = look.within[-1, :, column].mean() * sample.sizes[len(sample.looks) - 1]
     return float(np.sqrt(variance + look.means[-1, :, column].mean() ** 2))
@@ -140,15 +140,17 @@ def _of_order(
     if not reaches and p_slower(errors[-1], h, LIMIT, bias) <= 1.0 - question.confidence:
         reason = reason.then(Reason("the error does not fall", Kind.WRONG_LIMIT))
     tests = PathTests(falls if reaches else 1.0, 1.0 if reaches else slow, reason, growth, slow)
-    if not first_is_seen(errors[-1]):
-        reason = reason.then("no error is seen at the coarsest step size: take coarser steps, or claim `unbiased`")
-        tests = tests._replace(reason=reason)
     why = why_not_resolved(question.view, float(h[-1])) or why_no_order(errors[-1])
+    if why != UNSEEN and not first_is_seen(errors[-1]):
+        tests = tests._replace(reason=reason.then(UNSEEN))
     return (tests.held(why) if why else tests), slope
 
 
+UNSEEN = "the error at the coarsest step size is below the sampling noise: take coarser steps, or claim `unbiased`"
+
+
 def first_is_seen(errors: Array) -> bool:
-    """Return whether the error at the coarsest step size, of shape (G, L + 1), is told from the sampling noise."""
+    """Return whether the error at the coarsest step size exceeds the sampling noise; errors have shape (G, L + 1)."""
     first = mean_of(errors[:, 0])
     return abs(first.value) >= RESOLVED * first.se
 
@@ -207,10 +209,10 @@ def _exceeds(a: Array, b: Array, bias: float) -> float:
 
 
 def may_reach(errors: Array, h: Array, claimed: Order) -> bool:
-    """Return whether the local order, if it changes once more as it did last, may be what is claimed.
+    """Return whether the local order, if it changes once more as it did last, may be the claimed one.
 
-    Errors on steps that are too coarse have local orders that rise with refinement; they are not held against a
-    claim. An order that cannot be told from the noise may be any.
+    Errors on steps that are too coarse have local orders that rise with refinement, which is no evidence against a
+    claim. An order that is below the sampling noise counts as possible.
 
     Parameters
     ----------
@@ -230,17 +232,21 @@ def may_reach(errors: Array, h: Array, claimed: Order) -> bool:
 
 
 def why_no_order(errors: Array) -> str:
-    """Return why errors tell neither an order nor a limit, or an empty string.
+    """Return why errors determine neither an order nor a limit, or an empty string.
 
-    Errors a h - b h^2 that change their sign between step sizes do not fall at those near the root.
+    Errors a h - b h^2 that change their sign between step sizes do not fall at those near the root. If the coarsest
+    error is below the sampling noise, so is perhaps its sign, and finer steps with smaller errors would not decide.
 
     Parameters
     ----------
     errors : ndarray, shape (G, L + 1)
     """
     means = errors.mean(axis=0)
-    changes = means.min() < 0.0 < means.max()
-    return "the error changes its sign between step sizes: finer steps would decide" if changes else ""
+    if not means.min() < 0.0 < means.max():
+        return ""
+    return (
+        "the error changes its sign between step sizes: finer steps would decide" if first_is_seen(errors) else UNSEEN
+    )
 
 
 def _figures(errors: Array, h: Array) -> Reason:
@@ -280,7 +286,7 @@ def _of_levels(errors: Array, most: float, bias: float) -> tuple[float, float]:
 
 
 def _spread(sample: Sample, name: str) -> float:
-    """Return the standard deviation of an observable at the finest step size; NaN if runs do not tell it."""
+    """Return the standard deviation of an observable at the finest step size; NaN if the runs do not determine it."""
     look = sample.looks[-1]
     of_mean = look.within[-1, :, sample.plan.names.index(name)].mean()
     return float(np.sqrt(of_mean * sample.sizes[len(sample.looks) - 1]))

@@ -1,4 +1,4 @@
-"""A run: sealed solvers on problems, what independent runs say of their claims, and what the checks find."""
+"""A run: sealed solvers on problems, tests of their claims on independent runs, and checks."""
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -125,7 +125,7 @@ def why_not(solver: Sealed, spec: ProblemSpec, view: Problem | None, budget: Bud
     budget : Budget
     """
     if view is None:
-        return f"{solver.name} solves no such form"
+        return f"{solver.name} does not solve problems of this form"
     if solver.problems and not {spec.label, spec.name} & set(solver.problems):
         return f"{solver.name} solves {', '.join(solver.problems)} alone"
     check_steps(budget.steps or solver.steps)
@@ -149,7 +149,7 @@ class SealedRun(PairRun[Cell, Measured]):
         self.budget = budget
 
     def task(self, cell: Cell) -> Callable[[], Measured]:
-        """Return the measurement of a cell."""
+        """Return a function without arguments that measures a cell."""
         return partial(measured, cell.solver, cell.spec, self.budget, self.confidence)
 
     @property
@@ -162,9 +162,9 @@ class SealedRun(PairRun[Cell, Measured]):
 
 
 def withhold(found: Sequence[Row]) -> list[Row]:
-    """Return rows in which nothing is verified of a cell whose limit, or whose motion, is refuted.
+    """Return the rows, without verified findings in cells whose limit or Brownian motion is refuted.
 
-    An observable that falls on its way to a wrong limit looks as if it had an order: the evidence of a cell is one.
+    An error that still falls on its way to a wrong limit seems to have an order.
 
     Parameters
     ----------
@@ -193,13 +193,13 @@ def _withheld(finding: Finding, against: Row) -> Finding:
 
 
 def questions(cell: Cell, each: Measured, confidence: float) -> Iterator[Asked]:
-    """Yield what the samples of a cell say of claims, and the checks that are tests.
+    """Yield the tests of claims on the samples of a cell, and the checks that are tests.
 
     Parameters
     ----------
     cell : Cell
     each : Measured
-        What came of it.
+        Samples of the cell.
     confidence : float
         Of the intervals.
     """
@@ -211,7 +211,7 @@ def questions(cell: Cell, each: Measured, confidence: float) -> Iterator[Asked]:
 
 
 def _further(cell: Cell, each: Measured) -> Iterator[Row]:
-    """Yield the rows of a cell that are no tests."""
+    """Yield the rows of a cell that are not tests."""
     if each.failed is not None:
         yield Row(cell, WEAK, Finding(quantity="", verdict=each.failed.verdict, reason=each.failed.reason))
     for answer in each.answers:
@@ -221,14 +221,14 @@ def _further(cell: Cell, each: Measured) -> Iterator[Row]:
 
 
 def measured(solver: Sealed, spec: ProblemSpec, budget: Budget, confidence: float) -> Measured:
-    """Return what comes of a solver on a problem; what the solver raises is an opinion on it.
+    """Return the samples of a solver on a problem; an exception of the solver becomes a finding on it.
 
     Parameters
     ----------
     solver : Sealed
         With its parameters.
     spec : ProblemSpec
-        From which the problem is built, in whatever process.
+        Specification from which any process builds the problem.
     budget : Budget
     confidence : float
         For the end of sampling.

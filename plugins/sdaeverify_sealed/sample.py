@@ -77,7 +77,7 @@ def check_steps(steps: Sequence[int]) -> None:
     growing = all(0 < a < b for a, b in pairwise(steps)) and min(steps, default=1) > 0
     if steps and (len(steps) < 3 or not growing):
         given = ",".join(map(str, steps))
-        raise UsageError(f"numbers of steps must grow, three of them at least, or no order can be told; got {given}")
+        raise UsageError(f"an order needs at least three increasing numbers of steps, got {given}")
 
 
 class Plan(NamedTuple):
@@ -102,15 +102,15 @@ class Plan(NamedTuple):
 
 
 class Look(NamedTuple):
-    """What the runs of one look tell.
+    """Means of the runs of one look, and their standard errors.
 
     Attributes
     ----------
     means : ndarray, shape (L, G, K)
         Mean of each observable in each run.
     within : ndarray, shape (L, G, K)
-        Squared standard error of that mean as the run tells it: the variance of its paths over their number, or what
-        the solver states; NaN if it states none.
+        Squared standard error of that mean within a run: the variance of its paths over their number, or the value
+        that the solver states; NaN if it states none.
     motions : ndarray, shape (L, G, M)
         Means of powers of W(T), see `moments_of_motions`; M is 0 if the solver does not report W.
     heavy : ndarray of bool, shape (K,)
@@ -244,7 +244,7 @@ class Runner(NamedTuple):
         return [seed_of(self.source, plan.measure, level, look, group) for group in range(GROUPS)]
 
     def look(self, plan: Plan, look: int, paths: int) -> tuple[Look, list[str]]:
-        """Make the runs of a look; return what they tell, and a digest of each.
+        """Make the runs of a look; return their means, and a digest of each run.
 
         Parameters
         ----------

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from sdaeverify import UsageError
 
-from .address import TCP, UNIX, Address, absolute_address
+from .address import EXPECTED, TCP, UNIX, Address, absolute_address
 from .connection import Connection
 from .program import Program
 
@@ -109,7 +109,7 @@ def _why_no_program(word: str, folder: Path | None) -> str:
     if os.path.isfile(file):
         given = "" if os.access(file, os.X_OK) else f"; the file is not executable: chmod +x {shlex.quote(word)}"
         return f"expected a path with a slash, such as ./{word}" if os.sep not in word else given.removeprefix("; ")
-    return "expected a path, or a name in PATH"
+    return EXPECTED if ":" in word else "expected a path, or a name in PATH"
 
 
 def _absolute_file(word: str, folder: Path | None) -> str:

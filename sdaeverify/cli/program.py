@@ -201,7 +201,7 @@ def _whose(option: str) -> str:
 
 
 def _command_or_none(name: str) -> click.Command | None:
-    """Return a command; None if its plugin cannot be loaded, which is no matter of an option of another one."""
+    """Return a command, or None if its plugin cannot be loaded, because the user has called another command."""
     try:
         return _command(name)
     except PluginError:

@@ -119,7 +119,7 @@ def returns_its_kind(trial: Trial) -> str:
 
 
 def stays_finite(trial: Trial) -> str:
-    """Expect a step from finite states to be finite, unless it says that it failed.
+    """Expect a step from finite states to be finite, unless it is marked as failed.
 
     Find non-finite numbers on paths with finite states and steps that are not marked as failed.
     """
@@ -163,7 +163,7 @@ def _counts_calls(trial: Trial) -> str:
 
 
 def follows_the_paths(trial: Trial) -> str:
-    """Expect paths in another order to go where they went: their place in the batch is no part of the noise.
+    """Expect the same results for paths in another order, because the place of a path in the batch must not matter.
 
     Make the step of the same paths in another order.
     """

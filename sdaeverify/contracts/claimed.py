@@ -137,7 +137,7 @@ class Word:
         if not self.text:
             raise SchemeError("a claim's value must be an order or words such as round-off, got an empty text")
         if self.text == UNBIASED:
-            raise SchemeError("a claim to be unbiased needs a bound")
+            raise SchemeError("a claim of `unbiased` needs a bound")
 
     def __str__(self) -> str:
         return self.text

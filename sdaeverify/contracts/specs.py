@@ -222,7 +222,7 @@ def check_scheme(scheme: object) -> None:
             f"{owner}: put @dataclass(frozen=True) above the class {kind.__name__}, for {', '.join(lost)}"
         )
     if mistaken := {field.name for field in fields(kind)} & set(CLASS_VARIABLES):
-        raise UsageError(f"{owner}: annotate {', '.join(sorted(mistaken))} as ClassVar, they are no parameters")
+        raise UsageError(f"{owner}: annotate {', '.join(sorted(mistaken))} as ClassVar: they are not parameters")
     check_parameters(owner, dataclass_parameters(kind))
     # Tables, controls and stored evidence identify schemes by their labels, so a label must not be overridden.
     if kind.label is not Scheme.label:

@@ -82,7 +82,7 @@ def check_analytic(name: str, f: Callable[[Array], Array], x: Array, instead: st
         If a complex step does not reproduce the derivative.
     """
     if not is_analytic(f, x):
-        raise ProblemError(f"{name} is not analytic (abs, real buffers?){instead}")
+        raise ProblemError(f"{name} is not analytic (abs or a real array?){instead}")
 
 
 def check_vanishes(text: str, name: str, value: Array, scale: ArrayLike) -> None:

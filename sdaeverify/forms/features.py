@@ -40,7 +40,7 @@ class Feature(NamedTuple):
 
 
 def differ(values: Sequence[Array]) -> bool:
-    """Return whether arrays that broadcast against each other differ by more than rounding."""
+    """Return whether any array differs from the first one by more than rounding; the arrays are broadcast."""
     size = max(float(np.abs(value).max(initial=0.0)) for value in values)
     return any(bool((np.abs(value - values[0]) > EQUAL * size).any()) for value in values[1:])
 

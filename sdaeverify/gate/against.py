@@ -38,7 +38,7 @@ def read_gate(place: Path) -> dict[Key, Status]:
     except OSError as error:
         raise UsageError(f"--against: cannot read {file}: {error.strerror or error}") from error
     except WRONG as error:
-        raise UsageError(f"--against: {file} is no {GATE} that a gate has written") from error
+        raise UsageError(f"--against: {file} is not a {GATE} written by a gate") from error
 
 
 def changes(before: Mapping[Key, Status], outcomes: Iterable[Outcome], *, narrowed: bool) -> tuple[StatusChange, ...]:

@@ -202,7 +202,7 @@ def read_lock(file: Path) -> dict[str, Claims] | None:
         raise UsageError(f"cannot read the lock file {file}: {error.strerror or error}") from error
     # The JSON decoder raises RecursionError, not ValueError, for nesting that is too deep.
     except (ValueError, RecursionError) as error:
-        raise UsageError(f"{file} is no lock file of version {SCHEMA}: {error}; {WRITE}") from error
+        raise UsageError(f"{file} is not a lock file of version {SCHEMA}: {error}; {WRITE}") from error
     return {tier: dict(_flat(nested)) for tier, nested in known.tiers.items()}
 
 

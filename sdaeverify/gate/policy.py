@@ -214,7 +214,7 @@ def _parse_toml(file: Path) -> dict[str, Any]:
     except OSError as error:
         raise UsageError(f"cannot read the policy {file}: {error.strerror or error}") from error
     except (ValueError, RecursionError) as error:
-        raise UsageError(f"{file} is no TOML file: {error}") from error
+        raise UsageError(f"{file} is not a TOML file: {error}") from error
 
 
 def _table(data: Mapping[str, Any], key: str, file: Path) -> Mapping[str, Any]:

@@ -32,11 +32,11 @@ class Slopes:
 
     @cached_property
     def logarithms(self) -> Array:
-        """Y over all paths and without each group, shape (1 + G, C); the first columns are the levels."""
+        """The y_l over all paths, then without one group at a time; shape (1 + G, C), levels in the first columns."""
         return self.find_logarithms()
 
     def find_logarithms(self) -> Array:
-        """Compute the `logarithms`; called once."""
+        """Compute the value of `logarithms`, which caches it."""
         raise NotImplementedError
 
     def linear(self, levels: Array, weights: Array) -> Estimate:

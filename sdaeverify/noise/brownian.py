@@ -103,8 +103,8 @@ class Increment(NamedTuple):
 def _not_drawn(name: str) -> SchemeError:
     drawn = ", ".join(repr(each) for each in BROWNIAN if each in USUAL | {name})
     return SchemeError(
-        f"{name} is not drawn for this problem, which draws it with noise=frozenset({{{drawn}}}); a scheme that uses "
-        f"it declares noise = frozenset({{'dW', {name!r}}})"
+        f"{name} is not drawn for this problem, which needs noise=frozenset({{{drawn}}}) for it; a scheme that uses "
+        f"{name} declares noise = frozenset({{'dW', {name!r}}})"
     )
 
 

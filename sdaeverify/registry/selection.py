@@ -50,7 +50,7 @@ def select_schemes(registry: Registry, wanted: str | Scheme | Sequence[str | Sch
         if entry is not None and not registry.names(scheme):
             raise UsageError(
                 f"the given scheme is named {scheme.name!r}, like one registered by {entry.origin}; "
-                "give it a name of its own"
+                "give it another name"
             )
         return scheme
 
@@ -125,7 +125,7 @@ def only(kind: str, wanted: object, found: Sequence[Thing]) -> Thing:
         If there is not exactly one object.
     """
     if len(found) != 1:
-        raise UsageError(f"expected the label of one {kind}, got {wanted!r}, which means {len(found)}")
+        raise UsageError(f"expected the label of one {kind}, got {wanted!r}, which matches {len(found)}")
     return found[0]
 
 

@@ -1,4 +1,4 @@
-"""Plugins made from a text: what a text means, its source says, an entry point of the group ``sdaeverify.sources``.
+"""Plugins made from a text by a source, which is an entry point of the group ``sdaeverify.sources``.
 
 The source ``wire`` makes a plugin of ``wire:./my_solver``. Each command with ``--plugin`` has an option of its name,
 ``--wire ./my_solver``, and a policy a table, ``[tool.sdaeverify.wire]``.

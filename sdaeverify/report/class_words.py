@@ -76,7 +76,7 @@ def why(row: Row) -> str:
 
 
 def _begun(why: str) -> str:
-    """Return a reason as it follows a statement: a sentence of its own, or words after a colon; empty if it is."""
+    """Return a reason as the continuation of a statement: a new sentence, or words after a colon."""
     return f"{'.' if why[:1].isupper() else ':'} {why}" if why else ""
 
 

@@ -143,7 +143,7 @@ class Track:
         begin, noise = half
         apart = np.nan_to_num(np.abs(flatten(self.stepper(begin, 0.0, noise).state) - known))
         if apart.max(initial=0.0) > TOLERANCE * np.nan_to_num(np.abs(known)).max(initial=0.0):
-            raise SchemeError("half of the paths of a step alone give another result: each must be stepped by itself")
+            raise SchemeError("a step of half of the paths gives another result: paths must not affect each other")
 
 
 class SchemeTracks:

@@ -23,7 +23,7 @@ def every_equation(of: str = "general") -> Problem:
     UsageError
         Always.
     """
-    raise UsageError(f"a class of equations is no problem: {of!r:.200} cannot be built")
+    raise UsageError(f"a class of equations is not a problem: {of!r:.200} cannot be built")
 
 
 def is_premise_failing(finding: Finding) -> bool:

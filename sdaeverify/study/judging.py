@@ -98,7 +98,7 @@ class ControlVerdicts:
         return 0.0 if isinstance(known, Objection) else 1.0 - known.settings.confidence
 
     def _find_objection(self, measure: str, order: Order, by_paths: bool) -> Objection | None:
-        """Return why an order up to its margin cannot be verified, by paths alone or by all tiers; None if it can."""
+        """Return why the controls do not allow an order to be verified, by paths alone or all tiers, or None."""
         claim = Claim(measure=measure, value=order, source="control")
         plans = [plan for plan in reversed(self.plans) if plan.control.measure == measure]
         declared = {plan.control.order: plan for plan in plans}

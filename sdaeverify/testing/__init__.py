@@ -48,11 +48,11 @@ state-like-its-own (behaviour)
 any-number-of-paths (behaviour)
     Expect a step to accept one path, and three, from the scheme's start.
 finite (behaviour)
-    Expect a step from finite states to be finite, unless it says that it failed.
+    Expect a step from finite states to be finite, unless it is marked as failed.
 same-call-same-bits (behaviour)
     Expect the same call to give the same bits, after other calls, many of them, and from a step prepared anew.
 paths-in-any-order (behaviour)
-    Expect paths in another order to go where they went: their place in the batch is no part of the noise.
+    Expect the same results for paths in another order, because the place of a path in the batch must not matter.
 paths-alone (behaviour)
     Expect a path to be the same alone and in any batch, because coupled paths are not independent.
 any-number-of-steps (behaviour)

@@ -144,7 +144,7 @@ class ExaminationCheck:
     policy: Policy
 
     def __call__(self, subject: object) -> None:  # noqa: ARG002 - a test reads better with its subject
-        """Do the work, and raise what it came to: nothing if all claims are verified.
+        """Make the examination and raise an exception with its outcome; return if all claims are verified.
 
         Raises
         ------
@@ -321,6 +321,6 @@ def _sequence(given: Any) -> tuple[Any, ...]:
 
 def _require_cells(claimed: Sequence[Cell], expected: Iterable[FailingClaim]) -> None:
     if not claimed:
-        raise UsageError("these schemes have no claims of these measures on these problems")
+        raise UsageError("the schemes have no claims about the measures on the problems")
     cells = [key_in(cell, "")._asdict() for cell in claimed]
     require_matches((structs.replace(one, quantity="*") for one in expected), cells, "claimed cell")

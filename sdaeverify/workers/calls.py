@@ -275,6 +275,6 @@ def unpickle_argument(argument: bytes, *passed: type[BaseException]) -> Any:
         raise
     except FAULTS as error:
         if isinstance(error, ModuleNotFoundError) and str(error.name).startswith(FILE_PREFIX):
-            raise UsageError("a plugin file was saved while the run was under way; run it again") from None
+            raise UsageError("a plugin file changed during the run; run it again") from None
         what = "a scheme, problem or measure cannot be read in a worker process"
         raise UsageError(f"{what}: {one_line(error)}; {ELSE}") from None

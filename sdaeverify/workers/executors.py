@@ -169,14 +169,14 @@ def _why_lost(client: Any, words: str) -> str:
 def crew_of(
     jobs: int, limits: Limits | None, registry: Registry, executor: Executor | str | None = None
 ) -> Iterator[Workers]:
-    """Give the workers of a run: processes of its own, those that a name stands for, or those of an executor.
+    """Yield the workers of a run: new processes, those of a named executor, or those of an executor object.
 
     Parameters
     ----------
     jobs : int
         Number of workers.
     limits : Limits or None
-        What processes of its own are held to.
+        Limits of new processes.
     registry : Registry
         With the plugins that they load.
     executor : Executor, str or None

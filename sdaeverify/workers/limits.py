@@ -110,7 +110,7 @@ def read_memory(name: str, text: str) -> int:
     if size < 1:
         raise UsageError(f"{name} expects an amount of memory such as 500M or 2G, got {text!r}")
     if size < LEAST:
-        raise UsageError(f"{name} expects at least {LEAST >> 20}M, since a worker needs some itself, got {text!r}")
+        raise UsageError(f"{name} expects at least {LEAST >> 20}M, which a worker itself needs, got {text!r}")
     return size
 
 

@@ -159,7 +159,7 @@ def executor_for(
 def in_turn(
     executor: Executor | None, window: int, calls: Iterable[tuple[Key, Callable[[], Result]]]
 ) -> Iterator[tuple[Key, Result]]:
-    """Make calls and yield their results in the order of the calls.
+    """Make calls and yield their keys and results in the order of the calls.
 
     Parameters
     ----------

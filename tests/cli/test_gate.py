@@ -201,7 +201,7 @@ def test_what_is_no_lock_file_is_not_overwritten(project, tmp_path, name):
 
     assert [outcome.code for outcome in outcomes] == [ExitCode.USAGE, ExitCode.USAGE]
     for outcome in outcomes:
-        assert f"{file} is no lock file of version 2: " in outcome.err
+        assert f"{file} is not a lock file of version 2: " in outcome.err
         assert "remove it and write a new one with gate --write-lock" in outcome.err
         assert outcome.err.count("\n") == 1
     assert file.read_text() == text

@@ -41,6 +41,25 @@ def test_a_library_gets_what_a_gate_needs(call, library):
     assert "sdaeverify gate" in (library / ".github" / "workflows" / "verify.yml").read_text()
 
 
+@pytest.mark.parametrize(
+    ("backend", "own", "expected"),
+    [
+        ("", "", True),
+        ('[build-system]\nrequires = ["setuptools"]\nbuild-backend = "setuptools.build_meta"\n', "", True),
+        ('[build-system]\nrequires = ["hatchling"]\nbuild-backend = "hatchling.build"\n', "", False),
+        ("", '[tool.setuptools]\npackages = ["my_solvers"]\n', False),
+    ],
+)
+def test_a_gate_does_not_break_the_build_of_a_library(call, tmp_path, backend, own, expected):
+    """Setuptools, which refuses two packages beside pyproject.toml, is told not to take reports for one."""
+    (tmp_path / "pyproject.toml").write_text(f'{backend}[project]\nname = "my-solvers"\nversion = "1.0"\n{own}')
+    (tmp_path / "my_solvers").mkdir()
+    (tmp_path / "my_solvers" / "__init__.py").write_text("")
+    call("init")
+    found = tomllib.loads((tmp_path / "pyproject.toml").read_text())["tool"].get("setuptools", {}).get("packages")
+    assert (found == {"find": {"include": ["my_solvers", "my_solvers.*"]}}) == expected
+
+
 @pytest.mark.long
 def test_what_is_written_passes(call, library):
     """The test of the library passes, and its gate is green."""

@@ -170,7 +170,10 @@ def test_show_of_a_scheme_is_a_table_a_problem(finished, call):
     ("words", "message"),
     [
         ((), f"reports/latest {NO_RUN}"),
-        (("nowhere",), "nowhere is no folder, and reports/latest, in which it could be a scheme, holds no run"),
+        (
+            ("nowhere",),
+            "nowhere is not a folder, and there is no run in reports/latest in which it could be a scheme",
+        ),
         (("nowhere/",), f"nowhere {NO_RUN}"),
         ((str(REFERENCE), "milstien"), f"nothing in {REFERENCE} is about milstien; did you mean milstein?"),
         (

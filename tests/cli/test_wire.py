@@ -78,6 +78,7 @@ def test_check_or_client(call, given):
     [
         ("./nothing", "no program './nothing' that can be run: expected a path, or a name in PATH"),
         (".", "no program '.' that can be run: expected a path, or a name in PATH"),
+        ("localhost:1", "no program 'localhost:1' that can be run: expected unix:PATH or tcp:localhost:PORT"),
         ("", "cannot read '' as a program with its arguments: it is empty"),
         ("true 'a", 'cannot read "true \'a" as a program with its arguments: No closing quotation'),
     ],

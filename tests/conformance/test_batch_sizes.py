@@ -50,7 +50,7 @@ def test_a_fault_in_blocks_of_one_size_is_an_error_of_the_run() -> None:
     table = verify([RightButFor100()], "ou", "strong", paths=400, block=100).verdicts
 
     assert set(table[table.scheme == RightButFor100.name].verdict) == {Verdict.ERROR}
-    assert "half of the paths of a step alone give another result" in str(table.reason.iloc[0]).lower()
+    assert "a step of half of the paths gives another result" in str(table.reason.iloc[0]).lower()
 
 
 def test_right_step_keeps_the_contract() -> None:

@@ -95,5 +95,5 @@ def test_runs_on_a_shared_noise(registry):
     """Runs on one noise are planned together, whatever their problems, with steps that fit."""
     ((task, keys),) = planned_run(registry, "mine", OnOneNoise(4, 8)).plan.groups
     assert (task.label, keys) == ("common", ("gbm", "ou"))
-    with pytest.raises(UsageError, match=r"must be the least times powers of 2, got \[4, 12\]"):
+    with pytest.raises(UsageError, match=r"must be the smallest times powers of 2, got \[4, 12\]"):
         planned_run(registry, "mine", OnOneNoise(4, 12))

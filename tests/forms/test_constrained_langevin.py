@@ -90,7 +90,7 @@ def test_constant_hessians_closed_contractions_and_complex_steps_agree():
     [
         ({"eps": -1.0}, "eps must be finite and not negative, got -1.0"),
         ({"start": [1.1, 0.0, 0.0, 0.0]}, "start violates constraint = 0"),
-        ({"constraint": lambda x: np.stack([x[1], 2.0 * x[1]])}, "has not full rank"),
+        ({"constraint": lambda x: np.stack([x[1], 2.0 * x[1]])}, "does not have full rank"),
         ({"constraint": lambda x: x[0]}, "components, expected between 1 and 3|returned shape"),
         ({"jacobian": lambda x: 1.1 * make().dg(x)}, "jacobian disagrees with a difference quotient"),
         ({"jacobian": lambda x: make().dg(x)[0]}, "jacobian.* returned shape"),

@@ -106,7 +106,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({**BARE, "drift_partials": wrong_partials}, "drift_partials(t, x, v, y).x disagrees"),
     ({**LINEAR, "solved": lambda t, x, v: x[:1] ** 2}, "solved(t, x, v) leaves constraint = "),
     ({**LINEAR, "solved": lambda t, x, v: 1.0 * x}, "solved(t, x, v) returned shape"),
-    ({"constraint": kinked, "algebraic": [0.0]}, "constraint is not analytic (abs, real buffers?); give"),
+    ({"constraint": kinked, "algebraic": [0.0]}, "constraint is not analytic (abs or a real array?); give"),
     (
         {"drift_partials": lambda *at: drift_partials(*at)._replace(v=2.0 * drift_partials(*at).v)},
         "drift_partials(t, x, v, y).v disagrees with a difference quotient",

@@ -84,11 +84,11 @@ REFUSED = [
     ),
     (
         {"constraint": lambda r: np.stack([np.abs(r[0]) - POSITION[0], r[1] - POSITION[1]])},
-        "constraint is not analytic (abs, real buffers?), so that Dg cannot be taken by complex step; give jacobian",
+        "constraint is not analytic (abs or a real array?), so that Dg cannot be taken by complex step; give",
     ),
     (
         {"jacobian": real_buffer_jacobian},
-        "jacobian is not analytic (abs, real buffers?), so that D^2 g cannot be taken by complex step; give curv",
+        "jacobian is not analytic (abs or a real array?), so that D^2 g cannot be taken by complex step; give curv",
     ),
     (
         {"constraint": lambda r: np.stack([constraint(r)[0], 3.0 * constraint(r)[0]])},

@@ -217,8 +217,8 @@ def test_every_claim_can_be_read_again(tmp_path, claim):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("{", "is no lock file of version 2: .*; if it should be one, remove it and write a new one"),
-        ("[" * 100_000, "is no lock file of version 2: .*; if it should be one, remove it and write a new one"),
+        ("{", "is not a lock file of version 2: .*; if it should be one, remove it and write a new one"),
+        ("[" * 100_000, "is not a lock file of version 2: .*; if it should be one, remove it and write a new one"),
         (json.dumps({"schema_version": 1, "tiers": {}}), "Invalid enum value 1 - at `$.schema_version`"),
         *((lock_of(claim), "Expected `object`, got") for claim in (5, None, True, "order >= 1.0", [1.0])),
         *((lock_of(claim), "has either an order or words") for claim in ({}, {"order": 1.0, "words": "round-off"})),

@@ -128,7 +128,7 @@ def test_undecided(tier, text, fails):
             "[[tool.sdaeverify.expected-failures]]\nreason = 'x'\nstrict = 'yes'",
             r"expected-failures\[0\].strict: Expected `bool`, got `str`",
         ),
-        ("[tool.sdaeverify\n", r"is no TOML file"),
+        ("[tool.sdaeverify\n", r"is not a TOML file"),
     ],
 )
 def test_wrong_files(read, text, message):

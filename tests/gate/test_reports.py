@@ -110,7 +110,7 @@ def test_an_earlier_gate_is_read(tmp_path):
 
     for text in ("{", "[]", '{"outcomes": [{}]}', '{"outcomes": [{"status": "odd"}]}', "\xff"):
         file.write_text(text)
-        with pytest.raises(UsageError, match=r"--against: .* is no gate\.json"):
+        with pytest.raises(UsageError, match=r"--against: .* is not a gate\.json"):
             read_gate(tmp_path)
     with pytest.raises(UsageError, match="--against: cannot read"):
         read_gate(tmp_path / "missing")

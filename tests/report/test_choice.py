@@ -101,9 +101,9 @@ def test_half_of_the_schemes_reach_the_accuracy_that_is_left_out():
 
 def test_what_was_not_measured_is_an_error_of_the_user():
     """One line with the quantities that there are."""
-    with pytest.raises(UsageError, match="no strong error of z on gbm; there are x"):
+    with pytest.raises(UsageError, match="no strong error of z is known on gbm; there are x"):
         chosen(curve("a", [0.8, 0.4, 0.2, 0.1]), quantity="z")
-    with pytest.raises(UsageError, match="no strong error of anything on gbm"):
+    with pytest.raises(UsageError, match="no strong error is known on gbm"):
         chosen(curve("a", [0.8, 0.4, 0.2, 0.1], problem="ou"))
 
 

@@ -58,7 +58,7 @@ def test_a_file_in_the_way_is_refused(tmp_path):
     """The folder cannot have the name of a file."""
     (tmp_path / "rodeo").write_text("mine")
 
-    with pytest.raises(UsageError, match="is no folder"):
+    with pytest.raises(UsageError, match="is not a folder"):
         write_plugin(tmp_path / "rodeo", NAMES)
 
 
@@ -69,7 +69,7 @@ def test_a_link_is_followed_where_it_leads_somewhere(tmp_path):
     (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
 
     assert sorted(write_plugin(tmp_path / "link", NAMES)) == below(tmp_path / "there")
-    with pytest.raises(UsageError, match="is no folder"):
+    with pytest.raises(UsageError, match="is not a folder"):
         write_plugin(tmp_path / "dangling", NAMES)
 
 

@@ -69,7 +69,7 @@ def test_nothing_depends_on_which_libraries_are_installed():
     [
         (["own-eulr"], "did you mean own-euler?"),
         (["own-euler", "--steps", "4,a,8"], "whole numbers separated by commas"),
-        (["own-euler", "--steps", "4,8"], "three of them at least"),
+        (["own-euler", "--steps", "4,8"], "at least three increasing numbers of steps"),
         (["own-euler", "--paths", "100"], "at least 3200 for 3 looks"),
         (["own-euler", "-p", "nowhere"], "unknown problem"),
     ],
@@ -88,4 +88,4 @@ def test_where_nothing_is_claimed_nothing_is_measured(run):
     code, said = run("own-baoab", *SMALL)
 
     assert code is ExitCode.NOTHING
-    assert "own-baoab on ou: own-baoab solves no such form" in said.out
+    assert "own-baoab on ou: own-baoab does not solve problems of this form" in said.out

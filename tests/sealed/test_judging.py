@@ -133,8 +133,8 @@ def test_a_known_bias_of_the_reference_is_granted():
     [
         ({"paths": 100}, "at least 3200 for 3 looks, got 100"),
         ({"looks": 0}, "between 1 and 20, got 0"),
-        ({"steps": (4, 8)}, "three of them at least"),
-        ({"steps": (8, 4, 16)}, "must grow"),
+        ({"steps": (4, 8)}, "at least three increasing numbers of steps"),
+        ({"steps": (8, 4, 16)}, "at least three increasing numbers of steps, got 8,4,16"),
         ({"seed": -1}, "between 0 and"),
     ],
 )

@@ -275,7 +275,7 @@ def test_a_class_is_no_problem():
     (cell, *_) = class_cells(cells_of(Promising()))
 
     assert cell.class_name == "ode"
-    with pytest.raises(UsageError, match="a class of equations is no problem: 'ode' cannot be built"):
+    with pytest.raises(UsageError, match="a class of equations is not a problem: 'ode' cannot be built"):
         cell.spec.build()
 
 

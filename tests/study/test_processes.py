@@ -177,5 +177,5 @@ def test_what_cannot_be_sent():
 
 def test_a_plugin_file_that_was_saved_meanwhile():
     """A worker that has loaded another version of a plugin file says so, and not that something is badly defined."""
-    with pytest.raises(UsageError, match="a plugin file was saved while the run was under way; run it again"):
+    with pytest.raises(UsageError, match="a plugin file changed during the run; run it again"):
         unpickle_argument(b"csdaeverify_file_odd_0123456789\nOdd\n.")

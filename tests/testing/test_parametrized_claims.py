@@ -137,7 +137,7 @@ def test_in_a_test_file(pytester):
         (["milstien"], {}, "unknown scheme 'milstien'; did you mean milstein?"),
         ([Mine], {}, "expected a scheme, got the class Mine; write Mine"),
         (["milstein"], {"tier": "smok"}, "did you mean smoke?"),
-        (["milstein"], {"measures": ["limits"]}, "no claims of these measures"),
+        (["milstein"], {"measures": ["limits"]}, "no claims about the measures"),
         (
             ["milstein"],
             {"expected_failures": [{"problem": "x*", "reason": "r"}]},

@@ -131,7 +131,7 @@ def test_a_combination_has_no_problem_of_its_own():
     """The closure of its trees is no equation with a potential."""
     report = orders(AmbitiousEuler(), CLASS, 2)
 
-    with pytest.raises(UsageError, match="ask matrix on double-well"):
+    with pytest.raises(UsageError, match="run matrix -m invariant -p double-well"):
         report.to_problem(report.failing[0])
 
 

@@ -291,7 +291,7 @@ def test_what_a_scheme_refuses_is_told():
     ("options", "words"),
     [
         ({"scheme": "no-such"}, "no-such"),
-        ({"scheme": "heun*"}, "which means"),
+        ({"scheme": "heun*"}, "which matches"),
         ({"classes": "odd"}, "unknown class 'odd'"),
         ({"motions": 0}, "motions must be from 1"),
         ({"weight": 99}, "weight must be from 1"),

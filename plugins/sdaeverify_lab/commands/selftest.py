@@ -50,7 +50,8 @@ def selftest(**asked: Any) -> ExitCode:
     """Run every planted bug on its problem, and every scheme on the problems of its claims.
 
     Prints which check refutes which bug. Succeeds if every bug is refuted, and neither an equivalent change nor a
-    claim of a registered scheme is. With --quick most bugs have no marks in the tier of order conditions.
+    claim of a registered scheme is. With --quick the column of order conditions
+    is empty for most bugs.
     """
     begun, folder = time.monotonic(), asked["out"]
     settings = replace(DEFAULTS, paths=asked["paths"], seed=asked["seed"])

@@ -189,7 +189,7 @@ def _run_block(task: NoiseTask, block: int, paths: int) -> tuple[RunFound, ...]:
 
 def _common(what: str, values: set[float] | set[int]) -> float:
     if len(values) != 1:
-        raise ProblemError(f"runs on one noise must have one {what}, got {', '.join(map(str, sorted(values)))}")
+        raise ProblemError(f"runs on the same noise need the same {what}, got {', '.join(map(str, sorted(values)))}")
     return values.pop()
 
 
@@ -228,7 +228,7 @@ class _Driven:
         if drive is not None:
             noise = noise._replace(dW=drive(noise.dW), H=None if noise.H is None else drive(noise.H))
         if noise.dW.shape[1] != self.noise_dim:
-            raise ProblemError(f"it has {self.noise_dim} Brownian motions and is driven by {noise.dW.shape[1]}")
+            raise ProblemError(f"the problem has {self.noise_dim} Brownian motions, the noise {noise.dW.shape[1]}")
         return noise
 
     def conclude(self, paths: int) -> RunFound:

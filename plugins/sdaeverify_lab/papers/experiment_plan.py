@@ -122,7 +122,7 @@ def _plan_run(registry: Registry, run: SchemeRun) -> PlannedRun:
 def _require_doublings(runs: Mapping[Hashable, SchemeRun]) -> None:
     steps = sorted({run.steps for run in runs.values()})
     if any(count % steps[0] or (count // steps[0]).bit_count() != 1 for count in steps):
-        raise UsageError(f"steps on one noise must be the least times powers of 2, got {steps}")
+        raise UsageError(f"steps on the same noise must be the smallest times powers of 2, got {steps}")
 
 
 def _probe(registry: Registry, probe: Probe, key: Hashable) -> ProbeTask:
@@ -142,5 +142,5 @@ def named_problem(registry: Registry, label: str) -> ProblemSpec:
 
 def _only(kind: str, label: str, found: list[Thing]) -> Thing:
     if len(found) != 1:
-        raise UsageError(f"expected the label of one {kind}, got {label!r}, which means {len(found)}")
+        raise UsageError(f"expected the label of one {kind}, got {label!r}, which matches {len(found)}")
     return found[0]

@@ -72,7 +72,7 @@ class FirstOrder(OwnEuler):
 
 
 class Seedless(OwnEuler):
-    """Euler-Maruyama with one seed, whatever seed it is given."""
+    """Euler-Maruyama that ignores its seed."""
 
     name: ClassVar[str] = "planted-seedless"
 

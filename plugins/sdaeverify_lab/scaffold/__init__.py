@@ -170,7 +170,7 @@ def repository() -> str:
 
 def _require_empty(folder: Path) -> None:
     if not folder.is_dir() and (folder.exists() or folder.is_symlink()):
-        raise UsageError(f"{folder} is no folder; new-plugin expects one that is new or empty")
+        raise UsageError(f"{folder} is not a folder; new-plugin expects a folder that is new or empty")
     if folder.exists() and any(folder.iterdir()):
         raise UsageError(f"{folder} is not empty; new-plugin expects a folder that is new or empty")
 

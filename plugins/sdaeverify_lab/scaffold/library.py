@@ -16,6 +16,8 @@ PYPROJECT, MODULE = "pyproject.toml", "verification"
 ENTRY_POINTS = (
     '\n# The schemes of this distribution for sdaeverify.\n[project.entry-points.sdaeverify]\n{} = "{}.{}"\n'
 )
+# Files and tables by which a library chooses its packages itself.
+CHOSEN = ("setup.py", "setup.cfg"), ("packages", "py-modules")
 
 
 def adopt(folder: Path) -> tuple[str, ...]:
@@ -52,7 +54,7 @@ def adopt(folder: Path) -> tuple[str, ...]:
     }
     if taken := [path for path in texts if (folder / path).exists()]:
         raise UsageError(f"{folder / taken[0]} exists already; init overwrites nothing")
-    _write(folder, texts, _extended(text, table, values))
+    _write(folder, texts, _extended(text, table, values) + _packages(folder, table, package))
     return (*texts, PYPROJECT)
 
 
@@ -96,6 +98,23 @@ def _extended(text: str, table: Mapping[str, Any], values: Mapping[str, str]) ->
     except ValueError as error:
         raise UsageError(f"{PYPROJECT} cannot take tables at its end: {error}") from error
     return extended
+
+
+def _packages(folder: Path, table: Mapping[str, Any], package: Path) -> str:
+    """Return a table by which setuptools finds the package alone, or an empty string if none is needed.
+
+    If a library has its package beside pyproject.toml, setuptools takes each further folder, such as the folder
+    ``reports`` of a gate, for a second package and refuses to build. Without a table ``[build-system]``, pip uses
+    setuptools.
+    """
+    names, keys = CHOSEN
+    backend = table.get("build-system", {}).get("build-backend", "setuptools")
+    chosen = {*keys} & {*table.get("tool", {}).get("setuptools", {})} or any(
+        (folder / name).exists() for name in names
+    )
+    if package.parent != folder or chosen or not str(backend).startswith("setuptools"):
+        return ""
+    return _fill("library_packages", {"package": package.name})
 
 
 def _fill(name: str, values: Mapping[str, str]) -> str:

@@ -46,7 +46,7 @@ class DriftImplicitMilstein(Scheme):
         if reason := problem.why_not_jacobian():
             return reason
         analytic = is_analytic(lambda z: problem.diffusion(0.0, z[:d], z[:d], z[d:]), z)
-        return "" if analytic else "diffusion is not analytic (abs, real buffers?), so that it has no derivative"
+        return "" if analytic else "diffusion is not analytic (abs or a real array?), so that it has no derivative"
 
     def step(self, problem: IndexOneSDAE, state: DelayState, t: float, h: float, noise: Increment) -> Step:
         """Make one step."""

@@ -5,11 +5,11 @@ function sdaeverify (hello, step, enter)
   % state x of shape d x P on the wire is a matrix of size P x d, and a diffusion of shape d x l x P one of P x l x d.
   % step (given, ask) returns a struct of arrays, the new state; ask (name, arguments) returns what is asked for:
   %
-  %   sdaeverify (["name my-euler\nform SDE\nnoise dW\nasks drift diffusion\n"], @euler);
+  %   sdaeverify (["name my-euler\nform SDE\nnoise dW\nneeds scalar-noise\nasks drift diffusion\n"], @euler);
   %   function new = euler (given, ask)
   %     at = struct ("t", given.t, "x", given.x);
   %     f = ask ("drift", at);  B = ask ("diffusion", at);
-  %     new.x = given.x + given.h * f + squeeze (B(:, 1, :)) .* given.dW;
+  %     new.x = given.x + given.h * f + permute (B(:, 1, :), [1, 3, 2]) .* given.dW;
   %   end
   %
   % With "memory" in the hello, enter (given, ask) returns the state that it is given, and the memory to begin with.

@@ -8,10 +8,12 @@ numbers, paths last: row i of path p of an array of shape (k, P) is ``data[i * P
     def step(given, ask):
         t, h, x, dW = given["t"], given["h"].data[0], given["x"], given["dW"]
         f, B = ask("drift", t=t, x=x), ask("diffusion", t=t, x=x)
-        new = [a + h * b + c * w for a, b, c, w in zip(x.data, f.data, B.data, dW.data)]
+        d, P = x.shape
+        new = [x.data[i] + h * f.data[i] + B.data[i] * dW.data[i % P] for i in range(d * P)]
         return {"x": Numbers(x.shape, new)}
 
-    serve("name my-euler\nform SDE\nnoise dW\nasks drift diffusion\nclaim strong 0.5 source my paper\n", step)
+    needs = "needs scalar-noise\nasks drift diffusion\n"
+    serve("name my-euler\nform SDE\nnoise dW\n" + needs + "claim strong 0.5 source my paper\n", step)
 
 With NumPy, ``numpy.frombuffer(x.data).reshape(x.shape)`` is an array, and ``Numbers(y.shape, y.ravel())`` an answer.
 """

@@ -65,7 +65,7 @@ def choose(context: click.Context, /, problem: str, as_json: bool, **asked: Any)
     """
     accuracy = nan if asked["accuracy"] is None else asked["accuracy"]
     if not (asked["accuracy"] is None or (isfinite(accuracy) and accuracy > 0.0)):
-        raise UsageError(f"--accuracy expects a positive number, the error that is wanted, got {accuracy:g}")
+        raise UsageError(f"--accuracy expects the error to reach, a positive number, got {accuracy:g}")
     if any(letter in problem.partition("[")[0] for letter in ",*?"):
         raise UsageError(f"choose takes one problem, got {problem!r:.200}; sdaeverify list problems has their names")
     if asked["run"] is not None:

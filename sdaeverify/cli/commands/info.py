@@ -48,7 +48,7 @@ LISTED, TOLD_ABOVE = {"claims", "truths", "controls"}, {"label", "text", "parame
 def info(name: str, plugins: tuple[str, ...], as_json: bool) -> ExitCode:
     """Show all about a scheme, a problem, a measure or a plugin: equations, claims, truths, sources.
 
-    Or about a term: a form such as SDE, traits, noise, claims, measures, a public name such as Scheme.
+    NAME may also be a term: a form such as SDE, traits, noise, claims, measures, or a public name such as Scheme.
     """
     registry, label = load_quietly(plugins), parse_label(name)
     if label.name not in _names(registry):

@@ -65,7 +65,7 @@ def _print(console: Console, kind: str, records: list[Record]) -> None:
 
 
 def _about(record: Record) -> Iterator[str]:
-    """Yield what a paragraph says of a record; the plugin only if it is not shipped with this package."""
+    """Yield the sentences of a paragraph on a record; the plugin only if it is not shipped with this package."""
     if record["kind"] == "plugin":
         yield from filter(None, [record["reason"]])
     else:

@@ -40,7 +40,7 @@ def show(what: tuple[str, ...], measures: tuple[str, ...], left_open: bool, as_j
     """
     folder, scheme, problem = _places(what)
     if scheme and folder == FOLDER and not (folder / RUN).is_file():
-        raise UsageError(f"{scheme} is no folder, and {folder}, in which it could be a scheme, holds no run")
+        raise UsageError(f"{scheme} is not a folder, and there is no run in {folder} in which it could be a scheme")
     tables = read_verdicts(folder)
     # Verdicts on classes are selected by problem name, for example `every-equation`.
     judged = [*tables.verdicts, *tables.classes] if as_json or problem else tables.verdicts
@@ -131,7 +131,7 @@ def _notes(folder: Path) -> Iterator[str]:
 
 
 def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain: bool) -> Iterator[Text]:
-    """Yield the findings on cells; measures of which the same is said, such as those of a step that raises, once."""
+    """Yield the findings on cells; measures with the same text, as for a step that raises, share a paragraph."""
     cells = grouped(rows, lambda row: (row.scheme, row.problem, row.measure)).items()
     told = [(cell, found, [*_findings(found, tables, width, plain=plain)]) for cell, found in cells]
     # A measure of an examination has a command of its own.
@@ -147,7 +147,7 @@ def _cells(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain
 
 
 def _findings(rows: Sequence[VerdictRow], tables: SavedTables, width: int, *, plain: bool) -> Iterator[Text]:
-    """Yield the findings on the quantities of a cell, and what is known of its claim for classes of equations."""
+    """Yield the findings on the quantities of a cell, and the verdicts on its claim for classes of equations."""
     for row in rows:
         yield from quantity_lines(row, width, plain=plain)
         yield from _traceback(row, tables.details) if row.verdict == "error" else ()

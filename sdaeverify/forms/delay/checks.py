@@ -53,7 +53,9 @@ def why_not_drift_partials(problem: IndexOne) -> str:
     (x, y), v = problem.initial(1), problem.past(-problem.delay)
     if all(is_analytic(f, z) for f, z in _sections(partial(problem.drift, 0.0), (x, v, y)) if len(z)):
         return ""
-    return "drift is not analytic (abs, real buffers?), so that Newton's method has no Jacobian; give drift_partials"
+    return (
+        "drift is not analytic (abs or a real array?), so that Newton's method has no Jacobian; give drift_partials"
+    )
 
 
 def check_solved(problem: IndexOne, x: Array, v: Array) -> None:

@@ -241,7 +241,7 @@ class HolonomicSDAE(Mechanics):
         known = self.force_derivatives is not None or self.blocks.differentiates_force
         if known or is_analytic(lambda z: self.force(0.0, z[:n], z[n:]), x):
             return ""
-        text = "force is not analytic (abs, real buffers?), so that its derivatives cannot be taken"
+        text = "force is not analytic (abs or a real array?), so that its derivatives cannot be taken"
         return f"{text} by complex step; give force_derivatives"
 
     def residuals(self, parts: Parts) -> Mapping[str, Residual]:

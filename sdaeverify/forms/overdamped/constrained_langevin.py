@@ -368,7 +368,7 @@ class ConstrainedLangevin(StiffnessFamily):
         x = self.initial(1)
         Dg = self.dg(x)
         if np.linalg.matrix_rank(Dg[..., 0]) < self.constraints:
-            raise ProblemError(f"the gradient of the constraint has not full rank at start {x[:, 0].tolist()}")
+            raise ProblemError(f"the gradient of the constraint does not have full rank at start {x[:, 0].tolist()}")
         check_vanishes("start violates", "constraint", self.constraint(x), self.linearised(x).size() * norm(x))
 
 

@@ -247,7 +247,7 @@ class SDE(Problem):
         """Return why Df is neither given nor available by complex step, or an empty string."""
         if self.drift_derivative is not None or is_analytic(partial(self.drift, 0.0), self.initial(1)):
             return ""
-        return "drift is not analytic (abs, real buffers?), so that Newton's method has no Jacobian"
+        return "drift is not analytic (abs or a real array?), so that Newton's method has no Jacobian"
 
     def derivative_of_diffusion(self, t: float, x: Array, y: Array) -> Array:
         """Return DB(x) y, shape (d, l, P).
@@ -269,7 +269,7 @@ class SDE(Problem):
             return ""
         if is_analytic(lambda z: self.diffusion(0.0, z), self.initial(1)):
             return ""
-        text = "diffusion is not analytic (abs, real buffers?), so that its derivative cannot be taken"
+        text = "diffusion is not analytic (abs or a real array?), so that its derivative cannot be taken"
         return f"{text} by complex step; give diffusion_derivative"
 
     def _drift_change(self, x: Array, y: Array) -> Array:

@@ -110,7 +110,7 @@ def _count(steps: float) -> int:
 
 
 def probe_bounds(scheme: Scheme, view: Any) -> Tally:
-    """Return weak errors without sampling at the step sizes of claimed bounds; nothing where there are none.
+    """Return weak errors without sampling at the step sizes of claimed bounds; empty without such claims.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def bound_findings(evidence: Evidence, means: Mapping[str, Means]) -> Iterator[F
     ----------
     evidence : Evidence
     means : mapping of str to Means
-        What paths say, by observable.
+        Means along paths, by observable.
     """
     asked = {bound.suffix: count for _, bound, count in claimed_bounds(evidence.promises, evidence.view)}
     for name, (suffix, count) in product(evidence.view.observables, asked.items()):
@@ -216,13 +216,13 @@ def _opinion(asked: _BoundedError, known: _Known) -> Opinion:
 def _sampled_error(
     evidence: Evidence, asked: _BoundedError, means: Means | None
 ) -> tuple[Estimate | None, Reason | str]:
-    """Return the weak error at a level of the run, or why paths do not tell it."""
+    """Return the weak error at a level of the run, or why it cannot be estimated from paths."""
     steps = evidence.settings.steps
     if asked.steps not in steps:
         return None, f"paths have {', '.join(map(str, steps))} steps, not {asked.steps} (--levels)"
     level, truth = [*steps].index(asked.steps), known_mean(evidence.problem, asked.name)
     if means is None or means.heavy or evidence.health.sums["lost"][level] > 0:
-        return None, "paths tell no mean"
+        return None, "no mean can be estimated from the paths"
     if means.coupled:
         return means.difference(level), ""
     if truth is None:
@@ -231,7 +231,7 @@ def _sampled_error(
 
 
 def _tests(bound: Bound, error: Estimate, evidence: Evidence, size: float) -> PathTests:
-    """Return what paths say of a bound: errors of either sign refute it, and both are excluded to verify it."""
+    """Return the tests of a bound by paths: errors of either sign refute it, and both are excluded to verify it."""
     text = "weak error {error:.3g} along paths, standard error {off:.1g}; at most {most:g} claimed"
     reason = Reason(text, numbers={"error": error.value, "off": error.se, "most": bound.most})
     larger = Estimate(abs(error.value), error.se)

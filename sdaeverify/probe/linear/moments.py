@@ -101,7 +101,7 @@ class MomentErrors(NamedTuple):
 
     @property
     def linear(self) -> bool:
-        """Whether the step is linear at all step sizes; a step that overflows or has no root shows no defect."""
+        """Whether the step is linear at all step sizes; steps that overflow or have no root count as linear."""
         return bool(self.defect.max() <= AFFINE)
 
     @property

@@ -186,7 +186,7 @@ def _take_order(record: LocalStrong, defects: tuple[LocalOrders, LocalOrders], r
 
 
 def _earlier(record: LocalStrong, rows: Array, group: Mask) -> float:
-    """Return the highest order of root mean squares between two step sizes before the finest usable pair."""
+    """Return the highest strong order between two step sizes before the finest usable pair, from one step."""
     size, floor = record.rms[rows][:, group].max(axis=1), ROUNDING * record.scale[group].max(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         found = np.diff(np.log(size), axis=1) / np.diff(np.log(record.h))

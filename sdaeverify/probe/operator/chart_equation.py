@@ -80,7 +80,7 @@ def coefficients(ito: Equation, chart: Chart, z: Array) -> tuple[Array, Array]:
         If `embed` is not analytic, or if the solution does not stay on its image.
     """
     if not is_analytic(chart.embed, z[:, :1]):
-        raise ProblemError("embed of the chart is not analytic (abs, real buffers?): no complex step can be made")
+        raise ProblemError("embed of the chart is not analytic (abs or a real array?): no complex step can be made")
     core = ~output_rows(ito, chart, z)
     x = chart.embed(z)
     f = np.broadcast_to(ito.drift(0.0, x), x.shape)[core]

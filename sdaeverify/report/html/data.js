@@ -52,7 +52,7 @@ function points(finding) {
 function reasonHollow(levels, of) {
   if (of("failed_paths") || of("failed")) return "paths failed";
   if (of("truncated_share")) return "steps were truncated";
-  return levels.fitted ? "coarser than the levels that are fitted, or next to rounding" : "less than three standard errors from 0";
+  return levels.fitted ? "coarser than the fitted levels, or close to rounding errors" : "less than three standard errors from 0";
 }
 
 const worst = (findings) => Object.keys(VERDICTS).find((verdict) => findings.some((one) => one.verdict === verdict)) || "not_applicable";
@@ -77,7 +77,7 @@ function found(finding) {
 
 /** Return in words which errors of the limit the evidence would have shown; empty where nothing is said of a limit. */
 function resolution(finding) {
-  if (finding.resolution === Infinity) return "none: no error of the limit would show";
+  if (finding.resolution === Infinity) return "none: no error of the limit would be detected";
   return finite(finding.resolution) ? `${short(100 * finding.resolution, 2)} %: a larger error of the limit would show` : "";
 }
 

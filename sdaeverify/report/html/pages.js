@@ -26,7 +26,7 @@ function summaryPage() {
   const open = FINDINGS.filter((one) => ATTENTION.includes(one.verdict));
   return ["Summary", heading(1, DATA.sentence), tiles(), heading(2, "What needs attention"),
     open.length ? attention(open) : el("p", {}, "Nothing is refuted, failed or inconclusive."),
-    heading(2, "Schemes and measures"), el("p", { class: "soft" }, "Quantities verified of those with a claim; what else there is follows."), schemesByMeasures(),
+    heading(2, "Schemes and measures"), el("p", { class: "soft" }, "Number of verified quantities among those with a claim; other verdicts follow."), schemesByMeasures(),
     heading(2, "What a verdict means"), meanings(), heading(2, "How it was run"), provenance()];
 }
 
@@ -75,11 +75,11 @@ function schemesByMeasures() {
 
 function meanings() {
   const tiers = [["T0", "contract of a step and exactness on trivial equations"], ["T1", "one step, at cubature nodes, without sampling"],
-    ["T2", "moments, transition operator, spectral radius, without sampling"], ["T3", "paths that all schemes and step sizes share"], ["TA", "order conditions: one step tells what holds for every smooth SDE of a class; it stands beside the others and overrides none"]];
-  const verdicts = [["verified", "the cheapest tier that decides says so, and the next one does not contradict it: an order of at least claim − margin along paths, or an order of about the claim from one step"],
-    ["refuted", "a contract is broken, a step does not follow the equation, or an order is too low, significantly"],
-    ["inconclusive", "anything else, with what would decide"],
-    ["error", "a step or a measure raises, hangs or ends its process: nothing is measured"], ["out_of_scope", "measured, and nothing is claimed of it"]];
+    ["T2", "moments, transition operator, spectral radius, without sampling"], ["T3", "paths that all schemes and step sizes share"], ["TA", "order conditions: from one step, for every smooth SDE of a class; shown in addition to the other tiers, which it does not override"]];
+  const verdicts = [["verified", "the cheapest tier that decides confirms the claim, and the next one does not contradict it: an order from one step of the claim up to a tolerance, or an order along paths above claim − margin"],
+    ["refuted", "a contract is broken, a step does not follow the equation, or an order is significantly too low"],
+    ["inconclusive", "all other cases; the reason names what would decide"],
+    ["error", "not measured, because a step or a measure raised an exception, exceeded a limit or ended its process"], ["out_of_scope", "measured, but the scheme makes no claim about it"]];
   return el("div", {}, table(["", "meaning"], verdicts.map(([verdict, words]) => [badge(verdict), words])), table(["tier", "what decides"], tiers));
 }
 
@@ -160,14 +160,14 @@ function cellPage(_, scheme, problem) {
   const first = findings[0] || {};
   const measured = findings.length ? facts([["view", first.view], ["paths", String(first.paths ?? "")], ["seconds", short(first.seconds)], ["per step, finest level", costs.join(", ")]]) : el("p", {}, "No measure applies here.");
   const sections = [...grouped(findings, (one) => one.measure)].map(([measure, list]) => [heading(2, measure), el("div", { class: "cards" }, list.map(card), measure === "invariant" ? densities(scheme, problem) : []), command(list[0])]);
-  const absent = missing.length ? [heading(2, "What does not apply, and why"), table(["measure", "why"], missing.map((one) => [[one.measures.join(", "), one.quantity].filter(Boolean).join(" "), one.reason]))] : [];
+  const absent = missing.length ? [heading(2, "Cells that do not apply, with the reason"), table(["measure", "why"], missing.map((one) => [[one.measures.join(", "), one.quantity].filter(Boolean).join(" "), one.reason]))] : [];
   return [`${scheme} on ${problem}`, el("h1", {}, schemeLink(scheme), " on ", problemLink(problem)), measured, ...sections.flat(), ...absent];
 }
 
 const densities = (scheme, problem) => DENSITIES.filter((one) => one.scheme === scheme && one.problem === problem).map((one) => el("article", { class: "card" }, el("h3", {}, one.quantity), density(one)));
 
 function command(finding) {
-  return finding.reproduce ? el("div", {}, el("span", { class: "soft" }, "the same again, to the last bit:"), el("pre", {}, finding.reproduce)) : null;
+  return finding.reproduce ? el("div", {}, el("span", { class: "soft" }, "command that reproduces these numbers to the last bit:"), el("pre", {}, finding.reproduce)) : null;
 }
 
 /** Return all that is known of a quantity: claim, margin, what decides and guards, orders, reason, picture. */
@@ -188,7 +188,7 @@ function cardPicture(finding) {
   const label = `${finding.measure} ${finding.quantity} of ${finding.scheme} on ${finding.problem}`;
   const head = ["h", "value", "standard error", "fitted"], rows = all.map((point) => [point.h, point.e, point.s, point.filled ? "yes" : `no: ${point.why}`]);
   if (finding.measure === "stability") return figure(radius([finding], label), ["Spectral radius of the second-moment map; below 1 the step size is stable."], head.slice(0, 2), rows.map((row) => row.slice(0, 2)));
-  if (all.some((point) => point.eps !== null) && finding.measure === "effort") return heat(all, { label, caption: "Mean number of iterations a step." });
+  if (all.some((point) => point.eps !== null) && finding.measure === "effort") return heat(all, { label, caption: "Mean number of iterations per step." });
   if (all.some((point) => point.eps !== null) && unique(all.map((point) => point.h)).length === 1) {
     const over = all.map((point) => ({ ...point, h: point.eps }));
     return figure(convergence(over, { label, quantiles: DATA.reach, slopes: slopes(finding), xLabel: "eps" }), ["Distance from the limit against eps."], ["eps", ...head.slice(1)], over.map((point) => [point.h, point.e, point.s, "yes"]));

@@ -1,6 +1,6 @@
 // Passports of schemes and problems, and what is compared across them.
 
-const docs = (passport) => (passport && passport.text ? el("pre", {}, passport.text) : el("p", { class: "soft" }, "Nothing is written about it here."));
+const docs = (passport) => (passport && passport.text ? el("pre", {}, passport.text) : el("p", { class: "soft" }, "This page has no description of it."));
 const listed = (names) => (names && names.length ? names.join(", ") : "none");
 
 function indexPage(title, names, open, kind) {
@@ -26,7 +26,7 @@ function claims(passport, own) {
   const of = (claim) => own.filter((one) => one.measure === claim.measure && one.claim === claim.claim && (!claim.quantities.length || claim.quantities.includes(one.quantity)));
   const told = (findings) => Object.keys(VERDICTS).map((verdict) => [verdict, findings.filter((one) => one.verdict === verdict).length]).filter(([, count]) => count).map(([verdict, count]) => [badge(verdict), ` ${count} `]);
   const rows = (passport.claims || []).map((claim) => [claim.measure, claim.claim, claim.margin, claim.quantities.length ? listed(claim.quantities) : "all", claim.when.length ? listed(claim.when) : "all", el("span", {}, told(of(claim))), claim.source]);
-  return rows.length ? table(["measure", "claim", "margin", "quantities", "for problems with", "found", "source"], rows) : el("p", { class: "soft" }, "It claims nothing, or its passport is not here.");
+  return rows.length ? table(["measure", "claim", "margin", "quantities", "for problems with", "found", "source"], rows) : el("p", { class: "soft" }, "The scheme has no claims, or this page does not have its description.");
 }
 
 /** Return a forest plot of what one measure found of a scheme, or of a problem. */
@@ -55,7 +55,7 @@ function cost(own, name) {
 
 function others(own, name) {
   const problems = unique(own.filter((one) => one.measure === "strong" && one.levels.h).map((one) => one.problem));
-  return problems.length ? [heading(2, "Beside the others, on the same noise"), picker(problems, "problem", (problem) => sameNoise(problem, name))] : [];
+  return problems.length ? [heading(2, "Compared with the other schemes on the same noise"), picker(problems, "problem", (problem) => sameNoise(problem, name))] : [];
 }
 
 /** Return a choice and what it shows. */
@@ -93,8 +93,8 @@ function problemPage(_, name) {
   const measured = ["strong", "weak", "invariant", "drift"].filter((measure) => own.some((one) => one.measure === measure && (one.levels.h || []).length));
   return [name, heading(1, name), docs(passport), facts([["form", passport.form], ["parameters", Object.entries(passport.parameters || {}).map(([key, told]) => `${key} = ${told}`).join(", ")], ["Brownian motions", passport.noise && String(passport.noise)], ["horizon", passport.horizon && `${short(passport.horizon)} (${passport.units})`],
     ["traits", passport.traits && listed(passport.traits)], ["observables", passport.observables && listed(passport.observables)], ["source", passport.source]]),
-    ...choicesOn(name), heading(2, "Truths"), passport.truths && passport.truths.length ? el("ul", {}, passport.truths.map((truth) => el("li", {}, truth))) : el("p", { class: "soft" }, "None: nothing is verified by paths alone."),
-    heading(2, "Controls: does it tell orders apart?"), controls(passport, own),
+    ...choicesOn(name), heading(2, "Truths"), passport.truths && passport.truths.length ? el("ul", {}, passport.truths.map((truth) => el("li", {}, truth))) : el("p", { class: "soft" }, "None: no order is verified by paths alone."),
+    heading(2, "Controls: does the problem distinguish orders?"), controls(passport, own),
     ...measured.map((measure) => [heading(2, `${measure}, all schemes`), ...sameNoise(name, "", measure)]).flat(),
     ...unique(own.map((one) => one.measure)).map((measure) => orders(own.filter((one) => one.measure === measure), name, measure, (one) => one.scheme)).flat(), ...stabilityOf(own, (one) => one.scheme)];
 }
@@ -149,7 +149,7 @@ function verifierPage() {
   const { kills, calibration } = DATA.verifier;
   return ["Verifier", heading(1, "Is the verifier right?"),
     kills.length > 1 ? [heading(2, "Planted bugs, and which check refutes them"), table(kills[0], kills.slice(1))] : [],
-    calibration.length > 1 ? [heading(2, "How often intervals contain the truth, and tests err"), coverage(calibration)] : []].flat();
+    calibration.length > 1 ? [heading(2, "How often intervals contain the truth, and how often tests are wrong"), coverage(calibration)] : []].flat();
 }
 
 function coverage([head, ...rows]) {

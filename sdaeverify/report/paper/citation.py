@@ -40,7 +40,7 @@ def method_sentence(rows: Sequence[VerdictRow], settings: Settings, run: Mapping
     steps, version = settings.steps, run.get("versions", {}).get("sdaeverify", "")
     return (
         f"Verdicts of {f'sdaeverify {version}'.strip()} on {counts_in_words(row.verdict for row in rows)}."
-        + (f" Decided {tiers}." if tiers else "")
+        + (f" Decided: {tiers}." if tiers else "")
         + f" At most {settings.paths} paths, {steps[0]} to {steps[-1]} steps a path, seed {settings.seed}; in the"
         f" whole run, the probability of any false refutation is at most {1.0 - settings.confidence:.2g}."
     )

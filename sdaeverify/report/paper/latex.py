@@ -1,4 +1,4 @@
-"""Text and columns of a LaTeX table: what is escaped, which columns break their lines."""
+"""Text and columns of a LaTeX table: escapes, and columns whose lines break."""
 
 import re
 from collections.abc import Sequence
@@ -44,7 +44,7 @@ RAISED = {"_": r"\textsubscript", "^": r"\textsuperscript"}
 
 
 def escape_latex(text: str) -> str:
-    """Return a text for LaTeX: what has a meaning there, or is not in the font, is escaped."""
+    """Return a text for LaTeX, with special characters and characters outside the font escaped."""
     return "".join(
         ESCAPES.get(letter, letter) if letter in ESCAPES or letter.isascii() else _by_number(letter)
         for letter in visible(text)
@@ -73,7 +73,7 @@ def column_types(columns: Sequence[Sequence[str]], breakable: Sequence[bool]) ->
         Cells of each column, its heading among them.
     breakable : sequence of bool
         Which columns hold words. If lines are too long, these become paragraphs at least as wide as their longest
-        piece, and share what is left in proportion to what they lack; the others are ``l``.
+        piece, and share the remaining width in proportion to their missing width; the others are ``l``.
     """
     lengths = [max(map(len, cells)) for cells in columns]
     pieces = [
@@ -90,7 +90,7 @@ def column_types(columns: Sequence[Sequence[str]], breakable: Sequence[bool]) ->
 
 
 def _font_for(columns: int, characters: int) -> tuple[Font, float]:
-    """Return the largest font in which so many characters fit a line, and how many more do; else the smallest."""
+    """Return the largest font in which a line holds the characters, or the smallest, and how many more it holds."""
     spare = 0.0
     for font in FONTS:
         spare = (LINE - font.between * (columns + 1)) / font.character - characters

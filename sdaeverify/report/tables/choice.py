@@ -328,9 +328,8 @@ def first_quantity(found: Sequence[Curve], problem: str, asked: tuple[str, str])
     if not quantities or (quantity and quantity not in quantities):
         why = f"sdaeverify matrix -p {problem} -m {measure} --dry-run says why"
         known = f"there are {', '.join(quantities)}" if quantities else why
-        raise UsageError(
-            f"nothing to choose from: no {measure} error of {quantity or 'anything'} on {problem}; {known}"
-        )
+        of = f" of {quantity}" if quantity else ""
+        raise UsageError(f"nothing to choose from: no {measure} error{of} is known on {problem}; {known}")
     if measure == OF_MEANS and quantities == [STATE]:
         what = "the problem has no observables, and weak errors are those of means of observables"
         raise UsageError(f"nothing to choose from on {problem}: {what}; give it some, or take -m strong")

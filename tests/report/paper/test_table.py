@@ -138,7 +138,7 @@ def test_the_sentence_names_version_tiers_and_error():
     """Program, counts, tiers, paths, steps, seed, probability of a false refutation."""
     run = {**RUN, "versions": {"sdaeverify": "1.2.3"}}
     told = method_sentence(read(verdict(), verdict(decided_by="T3")), Settings(paths=256, seed=7), run)
-    assert told.startswith("Verdicts of sdaeverify 1.2.3 on 2 quantities: 2 verified, none refuted. Decided 1 from ")
+    assert told.startswith("Verdicts of sdaeverify 1.2.3 on 2 quantities: 2 verified, none refuted. Decided: 1 from ")
     assert "1 along sampled paths (T3). At most 256 paths, " in told
     assert told.endswith("seed 7; in the whole run, the probability of any false refutation is at most 0.01.")
 

@@ -119,14 +119,14 @@ def modified_equation(
     own = motions if kind.motions is None else kind.motions
     first = probe_of(scheme, kind, own, 1)
     why_not = Examined(first).why_not
-    nothing = ModifiedEquation(scheme.label, kind.name, own, why_not=why_not, solves=not why_not)
+    empty = ModifiedEquation(scheme.label, kind.name, own, why_not=why_not, solves=not why_not)
     try:
-        return nothing if nothing.why_not else _found(nothing, first, weight)
+        return empty if empty.why_not else _found(empty, first, weight)
     except NoStepError as error:
         return ModifiedEquation(scheme.label, kind.name, own, why_not=str(error))
 
 
-def _found(nothing: ModifiedEquation, probe: Probe, weight: int | None) -> ModifiedEquation:
+def _found(empty: ModifiedEquation, probe: Probe, weight: int | None) -> ModifiedEquation:
     """Return the modified equation from the lowest weight at which conditions on means fail.
 
     Raises
@@ -140,22 +140,22 @@ def _found(nothing: ModifiedEquation, probe: Probe, weight: int | None) -> Modif
         if weight is None and len(probe.trees(w)) > MOST_TREES:
             break
         if why := probe.fault or probe.why_not_weighed:
-            return _with(nothing, top=top, why_not=why)
+            return _with(empty, top=top, why_not=why)
         top, failing = w, _failing_means(probe)
         if failing:
             why, order = _why_unknown(probe, failing), 0.5 * failing[0].weight - 1.0
-            return _with(nothing, order, top, () if why else tuple(map(_term, failing)), why)
-    return _with(nothing, top=top)
+            return _with(empty, order, top, () if why else tuple(map(_term, failing)), why)
+    return _with(empty, top=top)
 
 
 def _with(
-    nothing: ModifiedEquation,
+    empty: ModifiedEquation,
     order: float = nan,
     top: int = 0,
     terms: tuple[GeneratorTerm, ...] = (),
     why_not: str = "",
 ) -> ModifiedEquation:
-    return ModifiedEquation(nothing.scheme, nothing.kind, nothing.motions, order, terms, top, why_not)
+    return ModifiedEquation(empty.scheme, empty.kind, empty.motions, order, terms, top, why_not)
 
 
 def _failing_means(probe: Probe) -> list[Condition]:

@@ -339,7 +339,7 @@ def _series(scheme: Scheme, equation: RichEquation, nodes: Nodes) -> tuple[Array
 
 @cache
 def _sizes() -> tuple[Array, Array]:
-    """Return the roots of step sizes, shape (SIZES,), and the map from steps to scaled coefficients of the series."""
+    """Return the square roots of the step sizes, shape (SIZES,), and the map from steps to scaled coefficients."""
     roots = 0.5 * LONGEST * (1.0 - np.cos(np.pi * (np.arange(SIZES) + 0.5) / SIZES))
     return roots, np.linalg.pinv((roots[:, None] / LONGEST) ** np.arange(1, POWERS + 1))
 
