@@ -57,7 +57,9 @@ def departure(scheme: Scheme, view: Problem, *, paths: bool = False, run: bool =
     return "" if memory is None else memory.departure
 
 
-def violation(scheme: Scheme, view: Problem, *, followed: Mapping[str, str], run: bool = True) -> str:
+def violation(
+    scheme: Scheme, view: Problem, *, followed: Mapping[str, str], run: bool = True, motions: float | None = None
+) -> str:
     """Return the first violation in one line, or an empty string.
 
     Parameters
@@ -70,6 +72,8 @@ def violation(scheme: Scheme, view: Problem, *, followed: Mapping[str, str], run
         `Measure.follows` by name of the measure.
     run : bool
         As for `departure`.
+    motions : float, optional
+        As for `exactness_violation`; those of the problem if omitted, infinity if claims are about a class.
 
     Returns
     -------
@@ -83,7 +87,7 @@ def violation(scheme: Scheme, view: Problem, *, followed: Mapping[str, str], run
     with np.errstate(all="ignore"):
         if text := contract_violation(scheme, view) or domain_violation(scheme, view):
             return text
-        text = exactness_violation(scheme, view.noise_dim, followed=followed)
+        text = exactness_violation(scheme, view.noise_dim if motions is None else motions, followed=followed)
         paths = ALONG_PATHS in _followed(scheme, view, followed)
         if not text and follows(scheme, view, followed):
             text = departure(scheme, view, paths=paths, run=run) or always_depends_on_count(scheme, view)
