@@ -206,8 +206,9 @@ def late_change(step: OneStep) -> LateChange:
             noise = _noise(step, h, x.shape[1])
             batches = [PathBatch(x, at, h, noise) for at in t]
             there = np.array([step.read(made.state) for made in step.together(batches)])
-            euler = np.array([*together(step.euler, batches)])
-            unlike |= _differ(there) & ~_differ(euler)
+            found = _differ(there)
+            if found.any():
+                unlike |= found & ~_differ(np.array([*together(step.euler, batches)]))
     return LateChange(t[0], t[1 + int(unlike.argmax())] if unlike.any() else np.nan)
 
 
