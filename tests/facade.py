@@ -253,7 +253,7 @@ from sdaeverify.probe.step.nodes import (
 from sdaeverify.probe.step.one_step import TRUNCATED, why_not_resolved
 from sdaeverify.probe.step.states import A_STRATUM, MOST_STEPS, SCATTERED, SIZE, SIZES, follows_coefficients
 from sdaeverify.probe.step.states import STRATA as states_STRATA
-from sdaeverify.probe.step.times import DIFFERENT, odd_step, strata, times
+from sdaeverify.probe.step.times import DIFFERENT, late_change, odd_step, strata, times
 from sdaeverify.probe.step.together import PathBatch, together
 from sdaeverify.registry import sources
 from sdaeverify.registry.contributions import MEASURES, PROBLEMS, SCHEMES, Registered, collect, known_hooks

@@ -330,9 +330,12 @@ def _noises(scheme: Scheme, trivial: Trivial, h: float, count: int) -> list[Incr
 def _unread_lag(scheme: Scheme, trivial: Trivial) -> str:
     """Return which lagged value a step does not depend on, as the end of a message; empty if there is none.
 
-    A scheme that keeps the past itself, in a state of its own, may read no lagged value of the noise.
+    A scheme that keeps the past itself, in a state of its own, may read no lagged value of the noise. Equations that
+    are driven by noise have no lagged term.
     """
     problem = trivial.problem
+    if trivial.noisy:
+        return ""
     stop = next(stops_along(scheme, problem, H, _noises(scheme, trivial, H, 1)))
     lagged, ahead = stop.noise.lagged, stop.noise.ahead
     plain = type(stop.state) is type(problem.initial(PATHS))
@@ -346,7 +349,7 @@ def _unread_lag(scheme: Scheme, trivial: Trivial) -> str:
 
     if not depends_on(lagged=lagged + 1.0, ahead=ahead + 1.0):
         return "; no step depends on x(t - tau), so that it solves an equation without delay"
-    if problem.constraint is not None and not trivial.noisy and not depends_on(ahead=ahead + 1.0):
+    if problem.constraint is not None and not depends_on(ahead=ahead + 1.0):
         return "; no step depends on x(t + h - tau), which y at its end follows"
     return ""
 

@@ -33,7 +33,7 @@ STEPS, PATHS = (8, 64), 64
 STATES = 64
 
 
-def departure(scheme: Scheme, view: Problem, *, paths: bool = False) -> str:
+def departure(scheme: Scheme, view: Problem, *, paths: bool = False, run: bool = True) -> str:
     """Return where short steps, or the memory of a run, deviate from the equation, in one line, or an empty string.
 
     Parameters
@@ -43,6 +43,8 @@ def departure(scheme: Scheme, view: Problem, *, paths: bool = False) -> str:
         Problem in the scheme's form.
     paths : bool
         Whether the scheme has claims on paths; see `noise_departure`.
+    run : bool
+        Whether to make the run that shows how the memory of a run deviates.
 
     Returns
     -------
@@ -51,11 +53,13 @@ def departure(scheme: Scheme, view: Problem, *, paths: bool = False) -> str:
     """
     if text := law_departure(scheme, view) or noise_departure(scheme, view, paths=paths):
         return text
-    memory = run_memory(scheme, view)
+    memory = run_memory(scheme, view) if run else None
     return "" if memory is None else memory.departure
 
 
-def violation(scheme: Scheme, view: Problem, *, followed: Mapping[str, str]) -> str:
+def violation(
+    scheme: Scheme, view: Problem, *, followed: Mapping[str, str], run: bool = True, motions: float | None = None
+) -> str:
     """Return the first violation in one line, or an empty string.
 
     Parameters
@@ -66,6 +70,10 @@ def violation(scheme: Scheme, view: Problem, *, followed: Mapping[str, str]) -> 
         Whether a step follows the equation at all states is checked if the scheme claims it.
     followed : mapping of str to str
         `Measure.follows` by name of the measure.
+    run : bool
+        As for `departure`.
+    motions : float, optional
+        As for `exactness_violation`; those of the problem if omitted, infinity if claims are about a class.
 
     Returns
     -------
@@ -79,10 +87,10 @@ def violation(scheme: Scheme, view: Problem, *, followed: Mapping[str, str]) -> 
     with np.errstate(all="ignore"):
         if text := contract_violation(scheme, view) or domain_violation(scheme, view):
             return text
-        text = exactness_violation(scheme, view.noise_dim, followed=followed)
+        text = exactness_violation(scheme, view.noise_dim if motions is None else motions, followed=followed)
         paths = ALONG_PATHS in _followed(scheme, view, followed)
         if not text and follows(scheme, view, followed):
-            text = departure(scheme, view, paths=paths) or always_depends_on_count(scheme, view)
+            text = departure(scheme, view, paths=paths, run=run) or always_depends_on_count(scheme, view)
         named = solved_instead(scheme, view, paths=paths) if text else ""
         return f"{text}: {named}" if named else text
 

@@ -44,6 +44,7 @@ from ..probe.stability.windows import describe_windows, find_undecided, smallest
 from ..registry.hookspecs import hookimpl
 from ..verdicts.coverage import coverage, why_not_claimed
 from ..verdicts.opinions import finding, judge_claim, leave_open
+from .late_steps import late_steps, withhold_late
 
 QUANTITY = "second moment"
 # By the size of the states for which a step with a delay is linear.
@@ -92,11 +93,11 @@ class Stability(Measure):
         """Return the spectral radius at the step sizes of the run and, for a claim, on a wide range of them."""
         sizes = [view.horizon / count for count in settings.steps]
         claimed = not why_not_claimed(scheme, view, self.name)
+        found = late_steps(scheme, view, self.name)
         if view.capability(Delayed) is None:
             if why_not_in_runs(scheme, view):
                 return Tally()
-            return packed(QUANTITY, stability(scheme, view, sizes, scan=claimed))
-        found = Tally()
+            return found.merge(packed(QUANTITY, stability(scheme, view, sizes, scan=claimed)))
         for scale in limits(scheme, view, QUARTER * view.delay):
             record = delay_stability(scheme, view, sizes, scale, scan=claimed)
             found = found.merge(packed(LIMITS[scale], record))
@@ -110,7 +111,8 @@ class Stability(Measure):
         """
         records = {name: unpacked(name, StabilityRecord, evidence.tally) for name in LIMITS.values()}
         known = {name: record for name, record in records.items() if record is not None}
-        findings = [_finding(evidence, name, record) for name, record in known.items()]
+        judged = (_finding(evidence, name, record) for name, record in known.items())
+        findings = [withhold_late(found, evidence.tally) for found in judged]
         rows = tuple(row for name, record in known.items() for row in _levels(name, record))
         covered = coverage(evidence, self.name, QUANTITY)
         return Judgement(tuple(findings or [finding(covered, leave_open(covered, UNLIKE_RUNS))]), rows)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, ClassVar
 
 import numpy as np
@@ -235,8 +236,17 @@ def test_half_explicit_steps_are_exact_with_any_truncation() -> None:
 
 
 def test_forms_offer_problems_with_each_of_their_features() -> None:
-    """There are a mass matrix, two constraints, both regimes of eps, and noise of several motions."""
+    """There are a mass matrix, up to three constraints, both regimes of eps, and noise of several motions."""
     motions = [trivial.problem for trivial in MOTIONS]
-    assert {(p.mass is None, p.constraints) for p in motions} == {(True, 1), (True, 2), (False, 1), (False, 2)}
+    assert {(p.mass is None, p.constraints) for p in motions} == {
+        *product((True, False), (1, 2)),
+        (False, 3),
+    }
     dynamics: list[Problem] = [each.problem for (each,) in ConstrainedLangevin.trivial_problems()]
-    assert {(p.eps > 0.0, p.constraints) for p in dynamics} == {(False, 1), (False, 2), (True, 2)}
+    assert {(p.eps > 0.0, p.constraints) for p in dynamics} == {
+        (False, 1),
+        (False, 2),
+        (True, 2),
+        (False, 3),
+        (True, 3),
+    }

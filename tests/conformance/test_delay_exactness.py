@@ -155,7 +155,9 @@ def test_trivial_delay_problems_are_solved_by_their_solution(trivial: Trivial) -
     np.testing.assert_allclose(problem.drift(t, now["x"], past, y), later - now["x"], atol=1e-14)
     B = problem.diffusion(t, now["x"], past, y)
     step = trivial.solution(t, 2.0 * W)["x"] - now["x"]
-    np.testing.assert_allclose(np.einsum("dlP,lP->dP", np.broadcast_to(B, (2, *W.shape)), W), step, atol=1e-14)
+    np.testing.assert_allclose(
+        np.einsum("dlP,lP->dP", np.broadcast_to(B, (len(step), *W.shape)), W), step, atol=1e-14
+    )
     assert noisy is bool(np.abs(step).max() > 0.0)
     for value, scale in problem.residuals({**now, "lagged": past, "t": np.full((1, paths), t)}).values():
         assert np.all(np.abs(value) <= 1e-15 * (1.0 + scale))

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...arrays import Array, Parts
 from ...noise.brownian import BROWNIAN
-from ..trivial import NOISES, RATE, SHORTER, SOURCE, H, Trivial, Trivials
+from ..trivial import NOISES, RATE, SHORTER, SOURCE, WIDE, WIDE_NOISE, WIDE_RATE, H, Trivial, Trivials
 
 # Delays, in steps: between mesh points, on a mesh point, shorter than a step, and none.
 DELAYS = (2.7, 2.0, 0.3, 0.0)
@@ -22,9 +22,9 @@ DELAYS = (2.7, 2.0, 0.3, 0.0)
 LONG, LESS_SHORT = 10.7 * H, 2.0**-10
 # Coefficients of terms that vanish on the solution; unequal, so that errors of a lagged value in both do not cancel.
 PULL, TIE = 0.8, 0.5
-START, SLOPE = np.array([1.0, -0.5]), np.array([0.3, 0.7])
+START, SLOPE = np.array([1.0, -0.5, 0.7, 0.2, -0.9, 0.4]), np.array([0.3, 0.7, -0.6, 0.5, 0.2, -0.4])
 # du/dy, neither diagonal nor symmetric.
-MATRIX = np.array([[1.0, 0.4], [-0.3, 0.8]])
+MATRIX = np.eye(WIDE) + 0.3 * np.cos(1.0 + np.arange(float(WIDE * WIDE)) ** 1.5).reshape(WIDE, WIDE)
 
 
 class Path(NamedTuple):
@@ -32,9 +32,9 @@ class Path(NamedTuple):
 
     Attributes
     ----------
-    c : ndarray, shape (2,)
+    c : ndarray, shape (d,)
         Velocity; 0 if there is noise.
-    S : ndarray, shape (2, l)
+    S : ndarray, shape (d, l)
     algebraic : bool
         Whether there is a y.
     """
@@ -42,6 +42,21 @@ class Path(NamedTuple):
     c: Array
     S: Array
     algebraic: bool
+
+    @property
+    def start(self) -> Array:
+        """Initial value of x, shape (d,)."""
+        return START[: len(self.c)]
+
+    @property
+    def slope(self) -> Array:
+        """The vector s, shape (d, 1)."""
+        return SLOPE[: len(self.c), None]
+
+    @property
+    def matrix(self) -> Array:
+        """The matrix K, shape (d, d)."""
+        return MATRIX[: len(self.c), : len(self.c)]
 
     @property
     def follows(self) -> bool:
@@ -81,11 +96,19 @@ def trivial_index_one(form: Callable[..., Any]) -> Trivials:
 
 
 def _equations() -> tuple[tuple[Path, ...], ...]:
-    """Return the variants of each equation: full noise, diagonal noise and one motion, each with and without y."""
+    """Return the variants of each equation: full noise, diagonal noise and one motion, each with and without y.
+
+    The last one has many components and motions.
+    """
     moved = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
-    return tuple(
+    small = tuple(
         tuple(Path(a * RATE, b * S, algebraic) for S in NOISES for algebraic in (True, False)) for a, b in moved
     )
+    # A scheme that is made for few motions is tried with one.
+    wide = tuple(
+        Path(0.0 * WIDE_RATE[: len(S)], S, algebraic) for S in (WIDE_NOISE, NOISES[-1]) for algebraic in (True, False)
+    )
+    return *small, wide
 
 
 def _two_sizes(form: Callable[..., Any], steps: float, path: Path) -> Trivial:
@@ -100,7 +123,7 @@ def _delayed(form: Callable[..., Any], tau: float, path: Path) -> Trivial:
         return np.asarray(v - x + tau * c[:, None]) if follows else 0.0 * x
 
     def unmet(t: float, x: Array, v: Array, y: Array) -> Array:
-        return np.asarray(y - (v if follows else x) - t * SLOPE[:, None])
+        return np.asarray(y - (v if follows else x) - t * path.slope)
 
     def drift(t: float, x: Array, v: Array, y: Array) -> Array:
         tie = unmet(t, x, v, y) if path.algebraic else 0.0
@@ -110,8 +133,8 @@ def _delayed(form: Callable[..., Any], tau: float, path: Path) -> Trivial:
         drift=drift,
         diffusion=lambda _t, x, v, _y: S + PULL * behind(x, v)[:, None],
         delay=tau,
-        history=lambda t: START + t * c,
-        **_constraint(path, lambda *at: np.tensordot(MATRIX, unmet(*at), 1), START - tau * c),
+        history=lambda t: path.start + t * c,
+        **_constraint(path, lambda *at: np.tensordot(path.matrix, unmet(*at), 1), path.start - tau * c),
         **_shared(path),
     )
     return Trivial(path.name("x(t - tau)"), problem, _solution(path, tau))
@@ -119,13 +142,13 @@ def _delayed(form: Callable[..., Any], tau: float, path: Path) -> Trivial:
 
 def _undelayed(form: Callable[..., Any], path: Path) -> Trivial:
     def unmet(t: float, x: Array, y: Array) -> Array:
-        return np.asarray(y - x - t * SLOPE[:, None])
+        return np.asarray(y - x - t * path.slope)
 
     problem = form(
         drift=lambda t, x, y: path.c[:, None] + (TIE * unmet(t, x, y) if path.algebraic else 0.0 * x),
         diffusion=lambda _t, x, _y: path.S[..., None] + 0.0 * x[:1, None],
-        start=START,
-        **_constraint(path, lambda *at: np.tensordot(MATRIX, unmet(*at), 1), START),
+        start=path.start,
+        **_constraint(path, lambda *at: np.tensordot(path.matrix, unmet(*at), 1), path.start),
         **_shared(path),
     )
     return Trivial(path.name("x"), problem, _solution(path, 0.0))
@@ -149,7 +172,7 @@ def _solution(path: Path, tau: float) -> Callable[[float, Array], Parts]:
     c = path.c[:, None]
 
     def solution(t: float, W: Array) -> Parts:
-        x = START[:, None] + t * c + path.S @ W
-        return {"x": x, "y": x - tau * c + t * SLOPE[:, None]} if path.algebraic else {"x": x}
+        x = path.start[:, None] + t * c + path.S @ W
+        return {"x": x, "y": x - tau * c + t * path.slope} if path.algebraic else {"x": x}
 
     return solution

@@ -1,8 +1,8 @@
 """The form dq = p dt, dp = (F(q) - gamma p) dt + sigma dW: Langevin dynamics of unit mass without constraints."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import ClassVar, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -154,6 +154,8 @@ class Langevin(Damped):
 FRICTION = 0.5
 # Degrees of freedom; one is tried if two fail.
 SIZES = 2, 1
+# Number of random frictions and strengths, with uniform logarithms from 2^-5 to 2^5.
+DRAWN, PARAMETERS = 8, 5.0
 
 
 def _trivial_dynamics() -> Trivials:
@@ -163,14 +165,30 @@ def _trivial_dynamics() -> Trivials:
         tuple(_make_trivial("q at rest", 0.0, (0.0, 0.0), both, n) for n in SIZES),
         tuple(_make_trivial("dp = -gamma p dt", SPEED, (0.0, 0.0), both, n) for n in SIZES),
         tuple(_make_trivial("dp = (c - gamma p) dt + sigma dW", SPEED, kick, ("p",), n) for n in SIZES),
+        *((_make_trivial(*each),) for each in _other_parameters()),
     )
 
 
-def _make_trivial(name: str, speed: float, kick: tuple[float, float], known: tuple[str, ...], size: int) -> Trivial:
+def _other_parameters() -> Iterator[tuple[Any, ...]]:
+    """Yield motions driven by noise without friction, and with random frictions and strengths of different sizes."""
+    rng = np.random.Generator(np.random.Philox(key=SEED))
+    for friction, sigma in [(0.0, 0.7), *np.exp2(rng.uniform(-PARAMETERS, PARAMETERS, (DRAWN, 2))).tolist()]:
+        name = f"dp = (c - gamma p) dt + sigma dW, gamma = {friction:.2g}, sigma = {sigma:.2g}"
+        yield name, SPEED, (0.4, sigma), ("p",), 1, friction
+
+
+def _make_trivial(
+    name: str,
+    speed: float,
+    kick: tuple[float, float],
+    known: tuple[str, ...],
+    size: int,
+    friction: float = FRICTION,
+) -> Trivial:
     (force, sigma), along, start = kick, np.array([[1.0], [-0.5]])[:size], np.array([0.3, 0.8])[:size]
     problem = Langevin(
         force=lambda q: force * along + 0.0 * q,
-        friction=FRICTION,
+        friction=friction,
         strength=sigma,
         position=start,
         momentum=speed * along[:, 0],
@@ -180,8 +198,8 @@ def _make_trivial(name: str, speed: float, kick: tuple[float, float], known: tup
     )
 
     def solution(t: float, W: Array) -> Parts:
-        decayed = -np.expm1(-FRICTION * t) / FRICTION
-        p = along * (speed + decayed * (force - FRICTION * speed)) + sigma * W
+        decayed = -np.expm1(-friction * t) / friction if friction else t
+        p = along * (speed + decayed * (force - friction * speed)) + sigma * W
         parts = {"q": start[:, None] + decayed * speed * along + 0.0 * W, "p": p}
         return {key: parts[key] for key in known}
 

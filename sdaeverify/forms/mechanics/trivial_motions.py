@@ -17,13 +17,25 @@ import numpy as np
 
 from ...arrays import Array, Parts
 from ...noise.brownian import BROWNIAN
-from ..trivial import NOISES, NORMALS, SOURCE, SPEED, Trivial, Trivials
+from ..trivial import (
+    NOISES,
+    NORMALS,
+    SOURCE,
+    SPEED,
+    WIDE,
+    WIDE_NOISE,
+    WIDE_NORMALS,
+    WIDE_RATE,
+    Trivial,
+    Trivials,
+)
 
-START = np.array([0.3, -0.2, 0.5, 0.1])
+START = np.array([0.3, -0.2, 0.5, 0.1, -0.4, 0.6])
 MASS = np.array([[1.2, 0.3, -0.2, 0.1], [0.3, 0.8, 0.2, -0.2], [-0.2, 0.2, 1.5, 0.4], [0.1, -0.2, 0.4, 0.9]])
 # Nearly infinite, but with a mass of 1 still positive definite beyond rounding; 2^-50 of a force has no effect.
 HEAVY = np.diag([2.0**50, 1.0])
-FORCE = np.array([0.6, -0.4, 0.5, 0.3])
+WIDE_MASS = np.eye(WIDE) + 0.1 * WIDE_NOISE @ WIDE_NOISE.T
+FORCE = WIDE_RATE
 NOISE = np.array([[0.7, -0.3], [0.2, 0.9], [-0.5, 0.4], [0.6, 0.3]])
 # An upper bound of all norms of Lindner & Stroot (2017), (2.7), for all of these problems; the largest is 2.2.
 BOUND = 2.5
@@ -91,12 +103,15 @@ def trivial_motions(form: Callable[..., Any]) -> Trivials:
         Motion("M dv = c dt + S dW, M full, two constraints", NORMALS, MASS, True, VELOCITY),
         Motion("free motion, M full, two constraints", NORMALS, MASS, False, STATE),
         Motion("dv = 0, a mass almost infinite", TIE, HEAVY, True, ("r", "v")),
+        Motion("M dv = c dt + S dW, M full, three constraints", WIDE_NORMALS, WIDE_MASS, True, VELOCITY),
     )
     return tuple(tuple(_make_trivial(form, motion, S) for S in _strengths(motion)) for motion in motions)
 
 
 def _strengths(motion: Motion) -> tuple[Array, ...]:
     """Return noise matrices with two motions and with one; in the plane also a diagonal matrix."""
+    if motion.J.shape[1] == WIDE:
+        return WIDE_NOISE, WIDE_NOISE[:, :1]
     return NOISES if motion.J.shape[1] == 2 else (NOISE, NOISE[:, :1])
 
 

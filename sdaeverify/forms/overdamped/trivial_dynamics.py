@@ -16,9 +16,9 @@ import numpy as np
 
 from ...arrays import Array, Parts
 from ...noise.brownian import BROWNIAN
-from ..trivial import NORMALS, SOURCE, Trivial, Trivials
+from ..trivial import NORMALS, SOURCE, WIDE_NORMALS, WIDE_RATE, Trivial, Trivials
 
-START, DRIFT, STRENGTH = np.array([0.3, -0.2, 0.5, 0.1]), np.array([0.6, -0.4, 0.5, 0.3]), 0.7
+START, DRIFT, STRENGTH = np.array([0.3, -0.2, 0.5, 0.1, -0.4, 0.6]), WIDE_RATE, 0.7
 
 
 class Dynamics(NamedTuple):
@@ -44,7 +44,7 @@ class Dynamics(NamedTuple):
 
 
 def trivial_dynamics(form: Callable[..., Any]) -> Trivials:
-    """Return the problems of rest, drift and noise on one plane and on the intersection of two, and near it.
+    """Return the problems of rest, drift and noise on one plane and on the intersection of several, and near it.
 
     Parameters
     ----------
@@ -59,29 +59,32 @@ def trivial_dynamics(form: Callable[..., Any]) -> Trivials:
         Dynamics("x at rest near two planes", 1.0, NORMALS),
         Dynamics("dX = Pi c dt near two planes", 1.0, NORMALS, True),
         Dynamics("dX = Pi c dt + sigma dW near two planes", 1.0, NORMALS, True, STRENGTH),
+        Dynamics("dX = Pi (c dt + sigma dW) on three planes", 0.0, WIDE_NORMALS, True, STRENGTH),
+        Dynamics("dX = Pi c dt + sigma dW near three planes", 1.0, WIDE_NORMALS, True, STRENGTH),
     )
     return tuple((_make_trivial(form, each),) for each in dynamics)
 
 
 def _make_trivial(form: Callable[..., Any], dynamics: Dynamics) -> Trivial:
-    J, sigma, d = dynamics.normals, dynamics.strength, len(START)
+    J, sigma, d = dynamics.normals, dynamics.strength, dynamics.normals.shape[1]
+    start = START[:d]
     Pi = np.eye(d) - J.T @ np.linalg.solve(J @ J.T, J)
-    c = dynamics.moves * (Pi @ DRIFT if dynamics.eps else DRIFT)
+    c = dynamics.moves * (Pi @ DRIFT[:d] if dynamics.eps else DRIFT[:d])
     spread = sigma * (np.eye(d) if dynamics.eps else Pi)
     problem = form(
         drift=lambda x: c[:, None] + 0.0 * x,
         strength=sigma,
         eps=dynamics.eps,
-        constraint=lambda x: J @ (x - START[:, None]),
+        constraint=lambda x: J @ (x - start[:, None]),
         jacobian=lambda x: J[..., None] + 0.0 * x[:1],
         hessians=np.zeros((len(J), d, d)),
-        start=START,
+        start=start,
         noise=frozenset(BROWNIAN),
         horizon=1.0,
         source=SOURCE,
     )
 
     def solution(t: float, W: Array) -> Parts:
-        return {"x": START[:, None] + t * (Pi @ c)[:, None] + spread @ W}
+        return {"x": start[:, None] + t * (Pi @ c)[:, None] + spread @ W}
 
     return Trivial(dynamics.name, problem, solution)

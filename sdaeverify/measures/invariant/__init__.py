@@ -43,6 +43,7 @@ from ...registry.hookspecs import hookimpl
 from ...simulate.chains import ChainPlan, ChainRecord, chains_of, run_chains
 from ...verdicts.coverage import Coverage, coverage
 from ...verdicts.opinions import beside, finding, judge_claim, leave_open
+from ..late_steps import late_steps, withhold_late
 from ..resolution import stationary_resolution
 from ..weak.probe import TOLERANCE
 from .bias import bias_bound, bias_of_operator, judge_balance, with_bias, withhold_vacuous
@@ -239,6 +240,10 @@ class Invariant(Measure):
 
     def probe(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         """Return the errors of the operator's stationary law, and means of chains if it leaves claims open."""
+        found = self._stationary(scheme, view, settings)
+        return found.merge(late_steps(scheme, view, self.name)) if found.sums else found
+
+    def _stationary(self, scheme: Scheme, view: Any, settings: Settings) -> Tally:
         view = view.with_moment_equations
         evidence = Evidence(
             scheme, view, view, settings, _balance(scheme, view, settings), Tally(), level=settings.level
@@ -279,8 +284,8 @@ class Invariant(Measure):
                 sampled = {found.quantity: found for found in chain_findings(evidence, chains)}
                 findings |= {name: _join_chains(findings[name], sampled[name]) for name in _open_quantities(findings)}
                 levels += chain_levels(evidence, chains)
-        judged = judge_balance([*findings.values()], balanced)
-        return Judgement(tuple(withhold_vacuous(found, evidence) for found in judged), tuple(levels))
+        judged = (withhold_vacuous(found, evidence) for found in judge_balance([*findings.values()], balanced))
+        return Judgement(tuple(withhold_late(found, evidence.tally) for found in judged), tuple(levels))
 
 
 @hookimpl

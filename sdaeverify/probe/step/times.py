@@ -33,6 +33,8 @@ WHOLE, FINE, FEWEST = 2.0**-5, 2.0**-7, 2.0
 # In units of time.
 # Size: of a step.
 H = 2.0**-6
+# Size: of a long step, in units of time; a step that accepts or rejects a proposal rejects few short ones.
+LONG = 1.0
 # Number of successive steps that are compared with their neighbours.
 # Size: steps in a row.
 ROW = 128
@@ -44,6 +46,9 @@ LARGE, SHORT_ROW = 32, 16
 # right for weights that add up to no more than 8.
 UNLIKE = 8.0
 DIFFERENT = "its steps depend on the time at which they are made"
+# Times after the horizon, and the latest one in horizons: chains and powers of a step go beyond the horizon.
+# Size: times; what begins later than 1024 horizons is not seen.
+LATE, LATEST = 32, 10.0
 # Size: of what is selected among steps that differ from their neighbours.
 ALIKE = 0.9
 
@@ -161,6 +166,57 @@ def in_a_row(view: Problem) -> int:
 def changing(step: OneStep) -> str:
     """Return that steps depend on time, although the coefficients of the equation do not, or an empty string."""
     return DIFFERENT if len(times(step, cloud(step.view, step.equation))) > 1 else ""
+
+
+class LateChange(NamedTuple):
+    """Two times at which steps with the same noise differ, although the equation does not depend on time.
+
+    Attributes
+    ----------
+    early, late : float
+        A time in the horizon, and the first one after it with a different step; NaN if all steps are equal.
+    """
+
+    early: float
+    late: float
+
+
+def late_change(step: OneStep) -> LateChange:
+    """Compare steps after the horizon with one in it, from the same states with the same noise.
+
+    A stationary law and mean-square stability are about all times, and one step stands for all of them. The times
+    after the horizon are random, with uniform logarithms; steps are short and long.
+
+    Parameters
+    ----------
+    step : OneStep
+        States must be comparable.
+
+    Returns
+    -------
+    LateChange
+        Without a late time also if the equation itself changes.
+    """
+    x = spread_states(step.view, step.equation)
+    drawn = np.random.Generator(np.random.Philox(key=SEED + 8)).uniform(0.0, LATEST, LATE)
+    t = [step.time, *(step.view.horizon * np.exp2(np.sort(drawn))).tolist()]
+    with np.errstate(all="ignore"):
+        unlike = np.zeros(LATE, dtype=bool)
+        for h in (H * step.time_unit, LONG * step.time_unit):
+            noise = _noise(step, h, x.shape[1])
+            batches = [PathBatch(x, at, h, noise) for at in t]
+            there = np.array([step.read(made.state) for made in step.together(batches)])
+            found = _differ(there)
+            if found.any():
+                unlike |= found & ~_differ(np.array([*together(step.euler, batches)]))
+    return LateChange(t[0], t[1 + int(unlike.argmax())] if unlike.any() else np.nan)
+
+
+def _differ(values: Array) -> Array:
+    """Return which values along the first axis differ from the first one by more than rounding."""
+    first = values[0]
+    off = SOLVED * np.abs(first).max(where=np.isfinite(first), initial=0.0)
+    return np.asarray(~np.isclose(values[1:], first, rtol=SOLVED, atol=off, equal_nan=True).all(axis=(1, 2)))
 
 
 def odd_step(step: OneStep) -> float | None:

@@ -190,6 +190,75 @@ class TooStrong(StochasticTheta):
         return super().step(problem, state, t, h, noise._replace(dW=1.1 * noise.dW))
 
 
+@dataclass(frozen=True)
+class PartlyWrong(StochasticTheta):
+    """The theta method with other noise at late times or for large increments, or with a wrong lag."""
+
+    part: str = "late"
+
+    name: ClassVar[str] = "partly-wrong"
+    form: ClassVar = (DelaySDAE,)
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        if self.part == "late" and t > 0.9 * problem.horizon:
+            noise = noise._replace(dW=0.8 * noise.dW)
+        elif self.part == "large":
+            noise = noise._replace(dW=np.clip(noise.dW, -2.5 * np.sqrt(h), 2.5 * np.sqrt(h)))
+        elif self.part == "lag" and 0.5 * problem.delay < t < 0.8 * problem.delay:
+            noise = noise._replace(lagged=0.0 * noise.lagged + problem.past(0.0))
+        return super().step(problem, state, t, h, noise)
+
+
+@pytest.mark.parametrize("part", ["late", "large", "lag"])
+def test_steps_on_delayed_members_follow_the_equation_everywhere(part):
+    """A step that is wrong at some times, or for some noise only, is refuted on members with a delay."""
+    assert verdicts(PartlyWrong(part=part), DELAYS, [Strong()])["strong"].verdict is Verdict.REFUTED
+
+
+class FewMotions(StochasticTheta):
+    """The theta method that knows two Brownian motions."""
+
+    name: ClassVar[str] = "few-motions"
+    form: ClassVar = (DelaySDAE,)
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step without further motions."""
+        known = np.arange(len(noise.dW))[:, None] < 2
+        return super().step(problem, state, t, h, noise._replace(dW=np.where(known, noise.dW, 0.0)))
+
+
+class TwoRows(ConstrainedEuler):
+    """A step with a tenth less noise if there are more than two constraints."""
+
+    name: ClassVar[str] = "two-rows"
+
+    def step(self, problem, state, t, h, noise):
+        """Make one step."""
+        share = 0.9 if len(problem.constraint(state)) > 2 else 1.0
+        return super().step(problem, state, t, h, noise._replace(dW=share * noise.dW))
+
+
+class FourPositions(Wrong):
+    """The half-explicit scheme that moves four components of the velocity."""
+
+    name: ClassVar[str] = "four-positions"
+
+    def kick(self, problem, r, v, t, h, dW):
+        """Return the change of the first four components."""
+        return np.where(np.arange(len(r))[:, None] < 4, super().kick(problem, r, v, t, h, dW), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "kind"), [(FewMotions(), DELAYS), (TwoRows(), KEPT), (FourPositions(), MECHANICS)]
+)
+def test_a_class_has_more_components_than_its_members(scheme, kind):
+    """A step that is right for the sizes of the members only is refuted by trivial equations of larger ones."""
+    row = verdicts(scheme, kind, [Strong()])["strong"]
+    assert row.verdict is Verdict.REFUTED
+    assert "not exact on" in row.premise
+
+
 @pytest.mark.long
 def test_a_defect_on_every_member_needs_no_feature():
     """Where a claim is refuted with all features left out, delay and algebraic components too, none is named."""
