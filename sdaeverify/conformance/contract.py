@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, arrays, each
+from ..arrays import Array, Mask, arrays, each
 from ..contracts.scheme import Scheme, State, Step, Stepper, flatten, same_kind
 from ..contracts.stages import FIRST_BLOCK
 from ..errors import FAULTS, SchemeError, one_line
@@ -273,21 +273,29 @@ CHECKS: dict[str, Check] = {
 def hears_its_noise(trial: Trial) -> str:
     """Expect a step to use the increment of the Brownian motion wherever the equation has noise.
 
-    Make the step with noise of opposite sign and of half the size.
+    Make the step with noise of opposite sign and of half the size, on paths that ignore it also with half the step.
 
-    A linear step may by chance be even in dW, or constant on one side of 0, at one step size. A failed step may
-    return its state unchanged, and if the equation has no noise at a state, no change is expected. A step that
+    A linear step may by chance be even in dW, constant on one side of 0, or constant, at one step size. A failed step
+    may return its state unchanged, and if the equation has no noise at a state, no change is expected. A step that
     accepts or rejects may leave some paths unchanged, but not all.
     """
+    listening, deaf = _listening_and_deaf(trial)
+    if deaf.any():
+        deaf &= _listening_and_deaf(replace(trial, h=0.5 * trial.h))[1]
+    count = int(np.count_nonzero(deaf))
+    if trial.scheme.discontinuous_in_noise and count < np.count_nonzero(listening):
+        return ""
+    return f"the step ignores the sign or size of the noise on {count} of {trial.paths} paths" if count else ""
+
+
+def _listening_and_deaf(trial: Trial) -> tuple[Mask, Mask]:
+    """Return the paths on which a step has to use its noise, and those of them on which it does not."""
     steps = [trial.first, *(trial.step(trial.state, _scale_noise(trial.noise, s)) for s in (-1.0, 0.5))]
     new, opposite, half = (flatten(made.state) for made in steps)
     changed = np.any((new != opposite) | (new != half), axis=0)
     failed = np.all([np.zeros(trial.paths, dtype=bool) if made.failed is None else made.failed for made in steps], 0)
     listening = _is_kicked(trial) & ~failed
-    deaf = int(np.count_nonzero(listening & ~changed))
-    if trial.scheme.discontinuous_in_noise and deaf < np.count_nonzero(listening):
-        return ""
-    return f"the step ignores the sign or size of the noise on {deaf} of {trial.paths} paths" if deaf else ""
+    return listening, listening & ~changed
 
 
 def keeps_no_noise(trial: Trial) -> str:

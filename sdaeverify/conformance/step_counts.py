@@ -105,6 +105,6 @@ def _beside_euler(step: OneStep, h: float) -> tuple[Array, float]:
     """Return a step minus Euler's step, shape (d, P), and a rounding error of the state."""
     x = cloud(step.view, step.equation)
     noise = Trial(step.scheme, step.view, h, x).noise
-    # Steps of several kinds in turn are of the same kind where the same number of steps was made before them.
-    t = step.time if step.scheme.local_order_is_global else 0.0
-    return step(x, t, h, noise) - step.euler(x, t, h, noise), EPS * float(np.abs(x).max())
+    # The second step of a run. Steps of several kinds in turn are of the same kind where the same number of steps was
+    # made before them, and a first step may be special.
+    return step(x, h, h, noise) - step.euler(x, h, h, noise), EPS * float(np.abs(x).max())

@@ -132,6 +132,15 @@ class TestLimits:
         """Its changes over factors of 16 are more than a quarter of the last one from the power 0.068 on."""
         assert is_wrong(compared(lambda h, x: 3.0 * h**power * (30.0 if power else 1.0))) == [wrong]
 
+    @pytest.mark.parametrize(("power", "wrong"), [(0.0, True), (0.25, False), (0.5, False), (1.0, False)])
+    def test_an_error_is_no_limit_while_the_move_itself_grows(self, power, wrong):
+        """Noise divided by 1 + c h^p has the error 1 at all sizes if c is large, and so has noise divided by c."""
+
+        def rule(problem, x, h, noise):
+            return x + h * F + B * noise.dW / (1.0 + 10.0 * (h / 4.0**-15) ** power)
+
+        assert law_of(rule, (1.0,)).wrong[1, 0].tolist() == [wrong]
+
     @pytest.mark.parametrize("power", [-0.3, -0.5, -1.0])
     def test_what_grows_as_steps_get_shorter_is_no_limit(self, power):
         """It is a solver's, whose moves have one size, or a scheme's whose order is too low."""

@@ -20,10 +20,12 @@ from facade import (
     harmonic_langevin,
     judge_strong,
     judge_weak,
+    law_departure,
     least_order,
     local_strong,
     local_weak,
     moment_orders,
+    noise_departure,
     ou,
     pendulum,
     spiral,
@@ -35,6 +37,7 @@ from probe.strong_cells import probed
 from probe.weak_cells import scheme
 from sdaeverify import SDE, Array, HolonomicSDAE, HolonomicState, Increment, Langevin, Problem, Scheme, Step
 from sdaeverify.measuring import Opinion, Verdict
+from sdaeverify.numerics import norm
 from sdaeverify.probing import OneStep, cloud, moment_errors, why_not_moments
 from units import in_units, langevin_in_units, mechanics_in_units
 
@@ -62,6 +65,35 @@ def test_a_tamed_step_in_small_units_is_too_coarse_and_not_wrong(problem: Proble
         assert found.verdict is Verdict.INCONCLUSIVE
         assert found.final
         assert "the steps of the run are too long" in str(found.reason)
+
+
+def test_a_step_that_is_hardly_tamed_any_more_at_the_shortest_sizes_is_too_coarse() -> None:
+    """With x in units of 1e-4, h |f| is about 1 at the finest sizes probed first: their order 0.35 still rises."""
+    some = in_units(gbm(), scale=1e4)
+
+    assert 0.1 < probed(TamedEuler(), some)[-1].order < 0.4
+    found = strong_opinion(TamedEuler(), some, 0.5)
+    assert found.final
+    assert "the steps of the run are too long" in str(found.reason)
+    assert strong_opinion(scheme(without_drift), some, 0.5).verdict is Verdict.REFUTED
+
+
+def tamed_noise(problem: SDE, x: Array, t: float, h: float, noise: Increment) -> Array:
+    moved = h * problem.drift(t, x) + problem.diffused(t, x, noise.dW)
+    return x + moved / (1.0 + np.sqrt(h) * norm(x) ** 2)
+
+
+def hardly_any_noise(problem: SDE, x: Array, t: float, h: float, noise: Increment) -> Array:
+    return x + h * problem.drift(t, x) + 0.001 * problem.diffused(t, x, noise.dW)
+
+
+@pytest.mark.parametrize(("rule", "wrong"), [(tamed_noise, False), (hardly_any_noise, True)])
+def test_noise_that_is_tamed_at_every_size_follows_the_equation_later(rule, wrong) -> None:
+    """At x = 100 a factor 1/(1 + h^(1/2) |x|^2), which bounds all noise, is small at all sizes; Sabanis 2016."""
+    large, of = gbm(x_0=100.0), scheme(rule)
+
+    assert bool(law_departure(of, large)) is wrong
+    assert bool(noise_departure(of, large, paths=True)) is wrong
 
 
 def without_drift(problem: SDE, x: Array, t: float, h: float, noise: Increment) -> Array:

@@ -324,6 +324,22 @@ def test_paths_that_cannot_hear_are_not_counted(scheme):
     assert of_scheme(scheme, "noise-is-used", "gbm")["status"] == "passed"
 
 
+def test_a_step_whose_noise_cancels_at_one_size_hears_it():
+    """The drift at the middle takes back all of dW for the rate 2/h, as at T/2 for the rate 4, but not at T/4."""
+
+    def middle(problem, x, h, noise):
+        """Take the drift at the middle of x and Euler's step."""
+        kick = problem.diffused(0.0, x, noise.dW)
+        return x + h * problem.drift(0.0, x + 0.5 * h * problem.drift(0.0, x) + 0.5 * kick) + kick
+
+    def steep():
+        """Return dx = -4 x dt + x dW."""
+        linear = {"drift": lambda t, x: -4.0 * x, "diffusion": lambda t, x: x[:, None]}
+        return SDE(**linear, start=[1.0], noise_dim=1, horizon=1.0, source="planted")
+
+    assert of_scheme(ruled(middle), "noise-is-used", steep)["status"] == "passed"
+
+
 def test_paths_without_noise_are_not_asked_whether_they_hear_it():
     """At x = 0 linear noise vanishes, and no step can show that it was heard."""
 

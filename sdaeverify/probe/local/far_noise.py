@@ -151,14 +151,20 @@ def _size(gap: tuple[Array, Array]) -> Array:
 
 
 def _stays(step: OneStep, rates: EquationRates, draw: _Draw, found: tuple[Array, Array]) -> Mask:
-    """Return the draws whose difference has a nonzero limit: its changes over two factors of 16 are small."""
+    """Return the draws whose difference has a nonzero limit: its changes over two factors of 16 are small.
+
+    It has none if the step's own move, relative to the noise, grows with both factors; see `step_law`.
+    """
     stays = _size(found) > SMALL
     places = np.flatnonzero(stays)
     if places.size:
-        some, gaps = draw.select(places), [found[0][:, places]]
-        gaps += [_difference(step, rates, some, part)[0] for part in FINER[-2::-1].tolist()]
+        some, (gap, moved) = draw.select(places), (each[:, places] for each in found)
+        longer = [_difference(step, rates, some, part) for part in FINER[-2::-1].tolist()]
+        gaps, own = [gap, *(each for each, _ in longer)], [gap + moved, *(a + b for a, b in longer)]
         changes = [np.abs(a - b).max(axis=0) for a, b in pairwise(gaps)]
-        stays[places] = np.maximum(*changes) <= SETTLED * np.abs(gaps[0]).max(axis=0)
+        sizes = [np.abs(each).max(axis=0) for each in own]
+        grows = np.all([b < (1.0 - SETTLED) * a for a, b in pairwise(sizes)], axis=0)
+        stays[places] = (np.maximum(*changes) <= SETTLED * np.abs(gaps[0]).max(axis=0)) & ~grows
     return np.asarray(stays)
 
 

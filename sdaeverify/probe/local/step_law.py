@@ -235,19 +235,31 @@ def short_steps(scheme: Scheme, view: Problem, *, beside: bool = False) -> OneSt
 
 class _Off(NamedTuple):
     # Relative errors of the rates at S states of each of n times: of the mean, shape (n, d, S), of the covariance,
-    # shape (n, S, d, d), and of that with the noise, shape (n, S, d, l); and their norms beyond rounding for each
-    # component, shape (3, C, n, S).
+    # shape (n, S, d, d), and of that with the noise, shape (n, S, d, l); and the norms of the errors and of the
+    # step's own rates, both beyond rounding for each component, shape (3, C, n, S).
     mean: Array
     square: Array
     cross: Array
     size: Array
+    own: Array
 
     def of(self, places: Array) -> "_Off":
-        return _Off(self.mean[places], self.square[places], self.cross[places], self.size[:, :, places])
+        beyond = self.size[:, :, places], self.own[:, :, places]
+        return _Off(self.mean[places], self.square[places], self.cross[places], *beyond)
 
 
 def _between(a: _Off, b: _Off) -> tuple[Array, Array, Array]:
     return a.mean - b.mean, a.square - b.square, a.cross - b.cross
+
+
+def _recovers(found: list[_Off]) -> Mask:
+    """Return where the step's own rates grow with each shorter size, by more than a settled rate, as the errors fall.
+
+    Noise that is divided by 1 + h^(1/2) |x|^2 has an error of nearly 1 while h^(1/2) |x|^2 is large. What is left of
+    it grows as h falls, so that the error is no limit.
+    """
+    each = [(a.own < (1.0 - SETTLED) * b.own) & (a.size >= b.size) for a, b in pairwise(found)]
+    return np.asarray(np.all(each, axis=0))
 
 
 def _moments(moved: Array, nodes: Nodes, h: float) -> tuple[Array, Array, Array]:
@@ -292,11 +304,12 @@ class _ShortSteps(NamedTuple):
     def _limits(self, asked: Array, found: list[_Off]) -> tuple[Array, Mask]:
         """Return the errors, and whether both rules agree on a nonzero limit, of the finest or of longer steps."""
         first, finest = found[0], found[-1]
-        stands = self._settled(found[-len(FINER) :]) & (first.size > 0.5 * finest.size)
+        lasts, settled = ~_recovers(found[-len(FINER) :]), self._settled(found[-len(FINER) :])
+        stands = settled & lasts & (first.size > 0.5 * finest.size)
         wrong = self._agreed(asked, finest, FINER[-1], stands)
         longer = [self._off(asked, size) for size in LONGER.tolist()]
         hidden = np.min([each.size for each in found], axis=0) > 0.5 * longer[-1].size
-        before = self._agreed(asked, longer[-1], LONGER[-1], self._settled(longer) & hidden & ~wrong)
+        before = self._agreed(asked, longer[-1], LONGER[-1], self._settled(longer) & hidden & ~wrong & lasts)
         return np.where(before, longer[-1].size, finest.size), wrong | before
 
     def _agreed(self, asked: Array, last: _Off, size: float, wrong: Mask) -> Mask:
@@ -327,8 +340,9 @@ class _ShortSteps(NamedTuple):
         rounding = ROUNDINGS * EPS * np.abs(x).max(axis=1) / h
         beside, one = rounding / size[2], np.sqrt(h)
         explained = np.stack([rounding / size[0], beside * (2.0 * one + h * beside), one * beside])
-        beyond = self._norms(mean, square, cross) - explained
-        return _Off(mean, square, cross, np.nan_to_num(beyond, nan=0.0, posinf=0.0))
+        own = self._norms(*(a / size for a, size in zip(found, divisors, strict=True)))
+        beyond = [norms - explained for norms in (self._norms(mean, square, cross), own)]
+        return _Off(mean, square, cross, *(np.nan_to_num(each, nan=0.0, posinf=0.0) for each in beyond))
 
     @property
     def records(self) -> tuple[NoiseRecord, ...]:
