@@ -95,39 +95,3 @@ def test_random_members_are_run_as_problems_are(cls: type[LouderAmongMany]) -> N
     assert Verdict.VERIFIED not in set(wrong.verdict)
     right = orders(type("Right", (cls,), {"name": "right", "share": 0.0})(truncation="none"), "HolonomicSDAE").table
     assert set(right.verdict) == {Verdict.VERIFIED}
-
-
-class CutOff(EulerMaruyama):
-    """Euler's step with increments cut off at sqrt(4 |ln h| h); Milstein & Tretyakov 2004, section 1.3.4."""
-
-    name: ClassVar[str] = "cut-off"
-
-    def reach(self, h: float) -> float:
-        """Return the largest increment in units of sqrt(h)."""
-        return float(np.sqrt(4.0 * abs(np.log(h))))
-
-    def prepare(self, problem: Any, h: float) -> Callable[..., Any]:
-        """Return the step."""
-        euler, most = super().prepare(problem, h), self.reach(h) * np.sqrt(h)
-
-        def stepper(state: Any, t: float, noise: Any) -> Any:
-            return euler(state, t, noise._replace(dW=np.clip(noise.dW, -most, most)))
-
-        return stepper
-
-
-class CutOffAtAllSizes(CutOff):
-    """The same with a bound that does not grow in units of sqrt(h): the variance is too small."""
-
-    name: ClassVar[str] = "cut-off-at-all-sizes"
-
-    def reach(self, h: float) -> float:
-        """Return the largest increment in units of sqrt(h)."""
-        return 1.8
-
-
-@pytest.mark.parametrize("kind", ["scalar", "additive"])
-def test_noise_that_is_cut_off_at_long_steps_alone_is_not_refuted(kind):
-    """A condition that fails at the step size of the weights refutes an order if it fails at a short step, too."""
-    assert Verdict.REFUTED not in set(orders(CutOff(), kind).table.verdict)
-    assert Verdict.REFUTED in set(orders(CutOffAtAllSizes(), kind).table.verdict)

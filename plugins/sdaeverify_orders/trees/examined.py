@@ -50,15 +50,8 @@ class Examined:
         """All conditions with their defects, at a step size that determines the weights of a B-series best."""
         return self.found_at(H)
 
-    def found_at(self, h: float, points: Nodes | None = None) -> list[Condition]:
-        """Return all conditions with their defects for steps of size h, in units of h^(w/2).
-
-        Parameters
-        ----------
-        h : float
-        points : Nodes, optional
-            Noise at which conditions on paths are evaluated; the random points of the probe if omitted.
-        """
+    def found_at(self, h: float) -> list[Condition]:
+        """Return all conditions with their defects for steps of size h, in units of h^(w/2)."""
         probe, conditions = self.probe, self.probe.conditions
         rule = probe.weighed(probe.rule, h)
         if probe.overdamped:
@@ -67,7 +60,7 @@ class Examined:
         if probe.scheme.law.bounded:
             return means
         record = Record(probe.noise, probe.motions, conditions.moments)
-        random = probe.at_points if h == H else probe.weighed(points or probe.points, h)
+        random = probe.at_points if h == H else probe.weighed(probe.points, h)
         return [*conditions.on_paths(random, rule, record, probe.top - 1), *means]
 
     @cached_property
@@ -151,27 +144,6 @@ class Examined:
             if abs(found - other) > rounding and (why := Nodes.why_inexact((found, other), defect)):
                 return f"two quadrature rules give {found:.3g} and {other:.3g} for {condition.name}: {why}"
         return ""
-
-    def why_not_short(self, measure: str, p: float) -> str:
-        """Return that no condition of an order fails for short steps, or an empty text.
-
-        Weights are compared between step sizes at few values of the noise. A step that is cut off at large increments
-        of size A_h, with A_h/sqrt(h) growing as h falls, has other weights only at the outermost nodes of a rule.
-
-        Parameters
-        ----------
-        measure : str
-        p : float
-            Order of the conditions.
-        """
-        if not self.probe.fixed or self.probe.all_sizes:
-            return ""
-        short = self.found_at(SIZES[0], self.probe.at_points.nodes)
-        failing = [pair for pair in zip(self.found, short, strict=True) if not pair[0].held]
-        # The defect of a step with fixed weights is the same for all sizes but for rounding.
-        if any(later.defect > 0.5 * first.defect for first, later in failing if belongs(first, measure, p)):
-            return ""
-        return f"the conditions that fail for h = {H:g} hold for h = {SIZES[0]:.2g}: weights of a step depend on h"
 
     def _means_of(self, measure: str, p: float) -> list[Condition]:
         return [each for each in self.found if not each.on_paths and belongs(each, measure, p)]

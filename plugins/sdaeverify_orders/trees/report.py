@@ -210,8 +210,7 @@ def _compared(of: Examined, row: ClassRow, claim: Order | None) -> ClassRow:
     held, count = of.held_of(row.measure, least if claim else 0.5 * (of.probe.top - 1))
     falls_short = claim is not None and of.is_below(row.measure, least)
     inexact = of.why_not_exact(row.measure, least) if claim else ""
-    if falls_short:
-        inexact = inexact or of.why_not_short(row.measure, least) or of.why_taken_back(row.measure)
+    inexact = inexact or (of.why_taken_back(row.measure) if falls_short else "")
     failing = _failing(of, row, claim)
     named = named_means(row.promise)
     inexact = inexact or (ALONE.format(named, order) if named and falls_short and not failing else "")
