@@ -198,7 +198,7 @@ def test_who_says_that_rows_share_their_steps_is_not_asked_for_own_ones():
 
 def test_a_single_step_is_refused():
     """An adaptive solver is no scheme of one step."""
-    with pytest.raises(SchemeError, match="chooses its steps"):
+    with pytest.raises(SchemeError, match="adaptive solver, which has no method for a single step"):
         solver("heun-pi").step(problem("ou"), np.zeros((1, 1)), 0.0, 0.1, None)
 
 

@@ -478,8 +478,8 @@ class TestOneStep:
         assert not judge_strong(unknown, 1.0).speaks_against
         assert judge_strong(unknown._replace(order=0.5, ahead=0.5), 1.0).verdict is Verdict.REFUTED
 
-    @pytest.mark.parametrize(("order", "converges"), [(0.401, True), (0.399, False)])
-    def test_an_order_below_the_least_one_is_none(self, order, converges):
+    @pytest.mark.parametrize(("order", "converges"), [(0.101, True), (0.099, False)])
+    def test_an_order_below_a_tenth_is_none(self, order, converges):
         """The least order is 1/2. An order at much shorter steps only is one of steps that a run does not take."""
         some = STEP._replace(order=order, ahead=order)
         assert some.converges is converges

@@ -28,10 +28,6 @@ ACCURACY = 0.02
 # Largest order that is none: 0 up to the tolerance of strong orders.
 # Theorem: the least order is 1/2.
 NO_ORDER = 0.1
-# Least order of a step that has one, less the tolerance of strong orders. Orders between `NO_ORDER` and this one are
-# those of steps whose order still rises, as that of a tamed drift h f/(1 + h |f|) where h |f| is about 1.
-# Theorem: the least order is 1/2.
-LEAST_ORDER = 0.4
 
 
 class StrongOrder(NamedTuple):
@@ -86,7 +82,7 @@ class StrongOrder(NamedTuple):
     @property
     def converges(self) -> bool:
         """Whether the step has an order; False if it is NaN."""
-        return self.order > LEAST_ORDER
+        return self.order > NO_ORDER
 
 
 def strong_orders(record: LocalStrong, shortest: LocalStrong | None = None) -> tuple[StrongOrder, ...]:
@@ -128,8 +124,8 @@ def with_consistency(
 def converges_later(order: StrongOrder, fine: StrongOrder) -> bool:
     """Return whether a step has an order at much shorter step sizes only.
 
-    A scheme that bounds its drift or its noise does so in the unit of time. Defects of a step without an order are
-    hardly smaller than h, and rounding does not hide them; those that it hides have an order.
+    A scheme that bounds its drift or its noise does so in the unit of time. Defects of a step without an order are no
+    smaller than h, and rounding does not hide them; those that it hides have an order.
 
     Parameters
     ----------
