@@ -49,6 +49,7 @@ REACHES = 0.95
 # As of chains: a limit is confirmed if it is known up to this part of the error at the coarsest step size.
 CONFIRMED = 0.25
 UNBIASED = "unbiased"
+UNSEEN = "the error at the coarsest step size is below the sampling noise: take coarser steps, or claim `unbiased`"
 ONES = np.ones(GROUPS)
 
 
@@ -144,9 +145,6 @@ def _of_order(
     if why != UNSEEN and not first_is_seen(errors[-1]):
         tests = tests._replace(reason=reason.then(UNSEEN))
     return (tests.held(why) if why else tests), slope
-
-
-UNSEEN = "the error at the coarsest step size is below the sampling noise: take coarser steps, or claim `unbiased`"
 
 
 def first_is_seen(errors: Array) -> bool:

@@ -24,6 +24,7 @@ WIDE = 6
 WIDE_NOISE = np.cos(1.0 + np.arange(float(WIDE * WIDE)) ** 1.5).reshape(WIDE, WIDE)
 WIDE_NORMALS = 0.6 * np.cos(2.0 + np.arange(3.0 * WIDE) ** 1.5).reshape(3, WIDE)
 WIDE_RATE = np.array([0.6, -0.4, 0.5, 0.3, -0.2, 0.7])
+WIDE_START = np.array([0.3, -0.2, 0.5, 0.1, -0.4, 0.6])
 RATE = WIDE_RATE[:2]
 SPEED = 0.5
 # Step size of the checks, and the factor by which it is shortened to examine an error.

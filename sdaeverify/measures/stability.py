@@ -93,10 +93,11 @@ class Stability(Measure):
         """Return the spectral radius at the step sizes of the run and, for a claim, on a wide range of them."""
         sizes = [view.horizon / count for count in settings.steps]
         claimed = not why_not_claimed(scheme, view, self.name)
+        delayed = view.capability(Delayed) is not None
+        if not delayed and why_not_in_runs(scheme, view):
+            return Tally()
         found = late_steps(scheme, view, self.name)
-        if view.capability(Delayed) is None:
-            if why_not_in_runs(scheme, view):
-                return Tally()
+        if not delayed:
             return found.merge(packed(QUANTITY, stability(scheme, view, sizes, scan=claimed)))
         for scale in limits(scheme, view, QUARTER * view.delay):
             record = delay_stability(scheme, view, sizes, scale, scan=claimed)

@@ -24,7 +24,7 @@ LONG, LESS_SHORT = 10.7 * H, 2.0**-10
 PULL, TIE = 0.8, 0.5
 START, SLOPE = np.array([1.0, -0.5, 0.7, 0.2, -0.9, 0.4]), np.array([0.3, 0.7, -0.6, 0.5, 0.2, -0.4])
 # du/dy, neither diagonal nor symmetric.
-MATRIX = np.eye(WIDE) + 0.3 * np.cos(1.0 + np.arange(float(WIDE * WIDE)) ** 1.5).reshape(WIDE, WIDE)
+MATRIX = np.eye(WIDE) + 0.3 * WIDE_NOISE
 
 
 class Path(NamedTuple):

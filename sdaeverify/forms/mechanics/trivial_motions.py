@@ -26,11 +26,11 @@ from ..trivial import (
     WIDE_NOISE,
     WIDE_NORMALS,
     WIDE_RATE,
+    WIDE_START,
     Trivial,
     Trivials,
 )
 
-START = np.array([0.3, -0.2, 0.5, 0.1, -0.4, 0.6])
 MASS = np.array([[1.2, 0.3, -0.2, 0.1], [0.3, 0.8, 0.2, -0.2], [-0.2, 0.2, 1.5, 0.4], [0.1, -0.2, 0.4, 0.9]])
 # Nearly infinite, but with a mass of 1 still positive definite beyond rounding; 2^-50 of a force has no effect.
 HEAVY = np.diag([2.0**50, 1.0])
@@ -74,7 +74,7 @@ class Motion(NamedTuple):
     @property
     def start(self) -> Array:
         """Initial position, shape (n,)."""
-        start = START[: self.J.shape[1]].copy()
+        start = WIDE_START[: self.J.shape[1]].copy()
         if self.J is LINE:
             start[1] = 0.0
         return start

@@ -16,9 +16,9 @@ import numpy as np
 
 from ...arrays import Array, Parts
 from ...noise.brownian import BROWNIAN
-from ..trivial import NORMALS, SOURCE, WIDE_NORMALS, WIDE_RATE, Trivial, Trivials
+from ..trivial import NORMALS, SOURCE, WIDE_NORMALS, WIDE_RATE, WIDE_START, Trivial, Trivials
 
-START, DRIFT, STRENGTH = np.array([0.3, -0.2, 0.5, 0.1, -0.4, 0.6]), WIDE_RATE, 0.7
+STRENGTH = 0.7
 
 
 class Dynamics(NamedTuple):
@@ -67,9 +67,9 @@ def trivial_dynamics(form: Callable[..., Any]) -> Trivials:
 
 def _make_trivial(form: Callable[..., Any], dynamics: Dynamics) -> Trivial:
     J, sigma, d = dynamics.normals, dynamics.strength, dynamics.normals.shape[1]
-    start = START[:d]
+    start = WIDE_START[:d]
     Pi = np.eye(d) - J.T @ np.linalg.solve(J @ J.T, J)
-    c = dynamics.moves * (Pi @ DRIFT[:d] if dynamics.eps else DRIFT[:d])
+    c = dynamics.moves * (Pi @ WIDE_RATE[:d] if dynamics.eps else WIDE_RATE[:d])
     spread = sigma * (np.eye(d) if dynamics.eps else Pi)
     problem = form(
         drift=lambda x: c[:, None] + 0.0 * x,

@@ -115,7 +115,7 @@ class MemoryStep:
         if one_step.why_not_comparable() or one_step.why_not_entered(run=False):
             return np.zeros((self.dimension, 0))
         entered = one_step.enter(spread_states(one_step.view, one_step.equation, REACHED), 0.0, self.h)
-        if not self.remembers or one_step.memory_vanishes:
+        if one_step.memory_vanishes:
             return flatten(entered)
         later = flatten(self._run(entered))
         return np.concatenate([flatten(entered), later[:, np.isfinite(later).all(axis=0)]], axis=1)

@@ -10,6 +10,7 @@ Among many successive steps it is found by its difference from its neighbours.
 First and last steps of a run are not compared: a single error of the size of a step does not reduce an order.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -17,7 +18,6 @@ import numpy as np
 
 from ...arrays import Array
 from ...forms import Problem, components
-from ...noise.brownian import Increment
 from ...numerics.newton import SOLVED
 from .nodes import SEED
 from .one_step import OneStep
@@ -125,13 +125,11 @@ def _fixed_times(step: OneStep, states: bytes) -> tuple[ProbeTime, ...]:
     x = np.frombuffer(states).reshape(step.equation.dimension, -1)
     x = np.concatenate([x, spread_states(step.view, step.equation)], axis=1)
     h, t = H * step.time_unit, strata(step.view.horizon)
-    batches = [PathBatch(x, at, h, _noise(step, h, x.shape[1])) for at in t]
     with np.errstate(all="ignore"):
-        there = np.array([step.read(made.state) for made in step.together(batches)])
-        size = SOLVED * np.abs(there[0]).max(where=np.isfinite(there[0]), initial=0.0)
+        batches, there = _steps_at(step, x, h, t)
         chosen = [0]
-        if not all(np.allclose(new, there[0], rtol=SOLVED, atol=size, equal_nan=True) for new in there[1:]):
-            beside = there - np.array([*together(step.euler, batches)])
+        if _differ(there).any():
+            size, beside = _rounding(there[0]), there - np.array([*together(step.euler, batches)])
             chosen = _unlike(_unlike(chosen, beside, size), there, size)
     return tuple(ProbeTime(t[place]) for place in chosen)
 
@@ -203,9 +201,7 @@ def late_change(step: OneStep) -> LateChange:
     with np.errstate(all="ignore"):
         unlike = np.zeros(LATE, dtype=bool)
         for h in (H * step.time_unit, LONG * step.time_unit):
-            noise = _noise(step, h, x.shape[1])
-            batches = [PathBatch(x, at, h, noise) for at in t]
-            there = np.array([step.read(made.state) for made in step.together(batches)])
+            batches, there = _steps_at(step, x, h, t)
             found = _differ(there)
             if found.any():
                 unlike |= found & ~_differ(np.array([*together(step.euler, batches)]))
@@ -214,9 +210,13 @@ def late_change(step: OneStep) -> LateChange:
 
 def _differ(values: Array) -> Array:
     """Return which values along the first axis differ from the first one by more than rounding."""
-    first = values[0]
-    off = SOLVED * np.abs(first).max(where=np.isfinite(first), initial=0.0)
-    return np.asarray(~np.isclose(values[1:], first, rtol=SOLVED, atol=off, equal_nan=True).all(axis=(1, 2)))
+    same = np.isclose(values[1:], values[0], rtol=SOLVED, atol=_rounding(values[0]), equal_nan=True)
+    return np.asarray(~same.all(axis=(1, 2)))
+
+
+def _rounding(values: Array) -> float:
+    """Return the tolerance of a solver for values of this size."""
+    return float(SOLVED * np.abs(values).max(where=np.isfinite(values), initial=0.0))
 
 
 def odd_step(step: OneStep) -> float | None:
@@ -241,11 +241,9 @@ def _row(step: OneStep, h: float, begin: float) -> _Row:
     # The last step of the run is left out.
     first, last = int(begin / h), round(step.view.horizon / h) - 1
     t = h * np.arange(first, min(first + in_a_row(step.view), last))
-    noise = _noise(step, h, x.shape[1])
-    batches = [PathBatch(x, at, h, noise) for at in t.tolist()]
     with np.errstate(all="ignore"):
-        there = np.array([step.read(made.state) for made in step.together(batches)])
-        bend, allowed = _bend(there), SOLVED * np.abs(there).max(where=np.isfinite(there), initial=0.0)
+        batches, there = _steps_at(step, x, h, t.tolist())
+        bend, allowed = _bend(there), _rounding(there)
         if not (bend > allowed).any():
             return _Row(t[1:-1], np.zeros_like(bend), bend)
         equation = np.array([*together(step.euler, batches)])
@@ -262,6 +260,9 @@ def _bend(values: Array) -> Array:
     return np.asarray(second.max(axis=1, where=np.isfinite(second), initial=0.0))
 
 
-def _noise(step: OneStep, h: float, paths: int) -> Increment:
+def _steps_at(step: OneStep, x: Array, h: float, t: Sequence[float]) -> tuple[list[PathBatch], Array]:
+    """Return steps of size h at each time, from the same states with the same noise, and the states after them."""
     rng = np.random.Generator(np.random.Philox(key=SEED + 3))
-    return step.scheme.law.increment(step.view.drawn(rng, h, paths), h)
+    noise = step.scheme.law.increment(step.view.drawn(rng, h, x.shape[1]), h)
+    batches = [PathBatch(x, at, h, noise) for at in t]
+    return batches, np.array([step.read(made.state) for made in step.together(batches)])
